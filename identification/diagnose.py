@@ -1,0 +1,322 @@
+"""diagnose(records, rig) -> Diagnosis: where the misfit is, which law explains it, how sure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..model.rig import Rig
+from .evidence import delta_bic, excess, explained, on_bounds
+from .extend import HeldOut, extend, held_out, thinned
+from .fit import Fit, fit_base, settle, solve
+from .noise import ljung_box
+from .problem import Problem, make_problem
+from .records import Record, check_record_against_rig
+from .screen import VISIBLE, Candidate, alikeness, screen
+
+MOST_CAUSES = 4
+TRIALS = 6
+SIGNIFICANCE = 1e-3
+"""Chance of any false law in one screen, after correction for the number of laws tried [-]."""
+
+LEAST_EVIDENCE = 10.0
+"""Fall of BIC below which no law is accepted [-]; Kass and Raftery 1995 call 10 very strong."""
+
+LEAST_SHARE = 0.5
+"""Share of the misfit beyond noise that named causes must explain; otherwise unknown [-]."""
+
+AMBIGUOUS = 6.0
+"""Two laws whose BIC differ by less than this are both named [-]."""
+
+SMALL_EXCESS = 0.3
+"""Misfit beyond noise that is let pass when no law explains it, in units of the noise [-]."""
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A candidate after its full refit.
+
+    Attributes:
+        candidate: law, place and what the screen said.
+        fit: everything refitted with the law in force.
+        delta_bic: fall of BIC against the fit without the law [-].
+        held: its foretelling of held-out records, where there are any.
+        verdict: why it was accepted or not, in words.
+    """
+
+    candidate: Candidate
+    fit: Fit
+    delta_bic: float
+    held: HeldOut | None = None
+    verdict: str = ""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What a model gets wrong, as far as the records tell.
+
+    Attributes:
+        status: adequate, named, ambiguous or unknown.
+        base: fit of the rig as it stands.
+        final: fit with all accepted laws; `base` where there are none.
+        accepted: the accepted trials in order.
+        rivals: trials that the records cannot tell from an accepted one.
+        trials: every full refit that was made.
+        candidates: the first screen, largest gain first.
+        cannot_tell: names of causes that these records could not show.
+        confusable: (first, second, alikeness [-]) of pairs that look alike.
+        held_before: foretelling of held-out records by `base`.
+        held_after: the same by `final`.
+        split: how held-out records were chosen, in words.
+        whiteness: p-values of the whitened residuals before and after [-].
+    """
+
+    status: str
+    base: Fit
+    final: Fit
+    accepted: tuple[Trial, ...]
+    rivals: tuple[Trial, ...]
+    trials: tuple[Trial, ...]
+    candidates: tuple[Candidate, ...]
+    cannot_tell: tuple[str, ...]
+    confusable: tuple[tuple[str, str, float], ...]
+    held_before: HeldOut | None
+    held_after: HeldOut | None
+    split: str
+    whiteness: tuple[float, float] = (1.0, 1.0)
+    stages: tuple[Fit, ...] = field(default=())
+
+
+def diagnose(
+    records: Sequence[Record],
+    rig: Rig,
+    held: Sequence[Record] = (),
+    progress: Progress = lambda text: None,
+) -> Diagnosis:
+    """Find what a rig's model lacks, place it, and measure the gain on records never fitted.
+
+    Args:
+        records: measured, as read at the door; those that say ``split = "held_out"`` are held out.
+        rig: the model that is asked, as read at the door; its numbers carry SI units.
+        held: further records to hold out.
+        progress: told what is being done.
+
+    Returns:
+        The diagnosis; laws are accepted one at a time while the gain is real.
+
+    Raises:
+        ValueError: in the words of the door.
+
+    Source: DESIGN's order; tests/identification/test_diagnose.py, tests/test_real_records.py.
+    """
+    train, kept, split = split_records(records, held)
+    for record in (*train, *kept):
+        check_record_against_rig(record, rig)
+    unseen = make_problem(kept, rig) if kept else None
+    progress("fitting the rig as it stands")
+    base = fit_base(make_problem(train, rig))
+    progress("screening laws and places")
+    state = _Search(base, unseen, progress)
+    while len(state.accepted) < MOST_CAUSES and state.step():
+        pass
+    return state.verdict(split)
+
+
+def split_records(
+    records: Sequence[Record], held: Sequence[Record]
+) -> tuple[list[Record], list[Record], str]:
+    """Which records are fitted and which are kept back, and how that was decided."""
+    named = [r for r in records if r.split == "held_out"]
+    rest = [r for r in records if r.split != "held_out"]
+    kept = [*named, *[r for r in held if r.path not in {n.path for n in named}]]
+    rest = [r for r in rest if r.path not in {k.path for k in kept}]
+    if not rest:
+        raise ValueError(
+            "records: expected at least one to fit, found only held-out ones. "
+            "Mend: give one without split = 'held_out'."
+        )
+    if kept:
+        return rest, kept, "held out as the command or the sidecars say"
+    free = [r for r in rest if r.split == "auto"]
+    if len(rest) < 3 or not free:
+        return rest, [], "no record could be spared to be held out"
+    order = sorted(free, key=lambda r: float(np.ptp(r.responses[0].values)))
+    chosen = order[len(order) // 2]
+    rest = [r for r in rest if r is not chosen]
+    return rest, [chosen], "the suite held out the record of middle amplitude"
+
+
+class _Search:
+    """Greedy growth of the model, one law at a time."""
+
+    def __init__(self, base: Fit, unseen: Problem | None, progress: Progress) -> None:
+        self.base, self.fit, self.unseen, self.progress = base, base, unseen, progress
+        self.accepted: list[Trial] = []
+        self.rivals: list[Trial] = []
+        self.trials: list[Trial] = []
+        self.stages: list[Fit] = [base]
+        self.first: list[Candidate] = []
+        self.left: list[Candidate] = []
+        self.held_before = self._foretell(base)
+        self.held = self.held_before
+
+    def _foretell(self, fit: Fit) -> HeldOut | None:
+        return held_out(fit, self.unseen) if self.unseen is not None else None
+
+    def step(self) -> bool:
+        """Try to accept one more law (or a pair); whether one was accepted."""
+        candidates = screen(self.fit)
+        self.left = candidates
+        self.first = self.first or candidates
+        count = max(len(candidates), 1)
+        open_ = [c for c in candidates if c.p_value * count < SIGNIFICANCE]
+        if not open_ or self.rivals:
+            return False
+        trials = self._refits(open_)
+        for rank, trial in enumerate(trials):
+            trial = self._judge(trial, self.fit, self.held)
+            self.trials.append(trial)
+            if trial.verdict == "accepted":
+                rivals = [] if rank else self._rivals(trial, trials[1:])
+                self._accept([trial], rivals)
+                return True
+            if rank == 0 and trial.verdict == NO_GAIN and self._pair(trial):
+                return True
+        return False
+
+    def _refits(self, open_: Sequence[Candidate]) -> list[Trial]:
+        """Rank by quick refits on thinned records, then refit the best in full."""
+        thin = thinned(self.fit.problem)
+        start = solve(replace(self.fit.model, problem=thin), self.fit.x, 6)
+        quick = []
+        for candidate in open_[:TRIALS]:
+            self.progress(f"trying {candidate.name}")
+            quick.append((extend(start, candidate, 10), candidate))
+        quick.sort(key=lambda pair: pair[0].cost)
+        found = []
+        for fit, candidate in quick[:3]:
+            if found and fit.cost > 0.5 * (quick[0][0].cost + start.cost):
+                continue
+            full = solve(replace(fit.model, problem=self.fit.problem), fit.x, 25)
+            found.append(Trial(candidate, full, delta_bic(self.fit, full)))
+        return sorted(found, key=lambda trial: trial.fit.cost)
+
+    def _judge(self, trial: Trial, before: Fit, held: HeldOut | None) -> Trial:
+        """Accept or refuse one trial, in words."""
+        if trial.delta_bic < LEAST_EVIDENCE:
+            return replace(trial, verdict=f"refused: BIC falls by only {trial.delta_bic:.1f}")
+        fit = settle(trial.fit)
+        trial = replace(trial, fit=fit)
+        index = fit.index(trial.candidate.entry.label)
+        if abs(fit.value(index)) < 3.0 * fit.std(index):
+            return replace(trial, verdict="refused: its interval holds zero")
+        pushed = set(on_bounds(fit)) - set(on_bounds(before))
+        if pushed and explained(before, fit) < LEAST_SHARE:
+            which = ", ".join(sorted(pushed))
+            return replace(trial, verdict=f"refused: it only replaces {which}")
+        told = self._foretell(fit)
+        trial = replace(trial, held=told)
+        if told is not None and held is not None and not _gains(held, told):
+            return replace(trial, verdict=NO_GAIN)
+        return replace(trial, verdict="accepted")
+
+    def _pair(self, first: Trial) -> bool:
+        """A law that gains nothing unseen by itself may do so together with a second one."""
+        self.progress(f"trying pairs with {first.candidate.name}")
+        candidates = screen(first.fit)
+        open_ = [c for c in candidates if c.p_value * len(candidates) < SIGNIFICANCE]
+        for candidate in open_[:2]:
+            fit = extend(first.fit, candidate, 25)
+            second = Trial(candidate, fit, delta_bic(first.fit, fit))
+            second = self._judge(second, first.fit, self.held)
+            self.trials.append(second)
+            if second.verdict == "accepted":
+                self._accept([replace(first, verdict="accepted with the next"), second], [])
+                return True
+        return False
+
+    def _accept(self, trials: list[Trial], rivals: list[Trial]) -> None:
+        self.accepted += trials
+        self.rivals += rivals
+        self.fit, self.held = trials[-1].fit, trials[-1].held
+        self.stages += [trial.fit for trial in trials]
+
+    def _rivals(self, best: Trial, others: Sequence[Trial]) -> list[Trial]:
+        """Other laws that explain the records as well and cannot be told apart."""
+        found = []
+        for other in others:
+            if best.delta_bic - other.delta_bic < AMBIGUOUS:
+                judged = self._judge(other, self.stages[-1], self.held)
+                if judged.verdict == "accepted":
+                    found.append(replace(judged, verdict="cannot be told from the best"))
+        return found
+
+    def verdict(self, split: str) -> Diagnosis:
+        """Sum up."""
+        left = excess(self.fit)
+        share = explained(self.base, self.fit)
+        if not self.accepted:
+            worst = min((m.p_value for m in self.fit.misfits.values()), default=1.0)
+            bad = left > SMALL_EXCESS and worst * len(self.fit.misfits) < 1e-4
+            status = "unknown" if bad else "adequate"
+        elif left > SMALL_EXCESS and share < LEAST_SHARE:
+            status = "unknown"
+        else:
+            status = "ambiguous" if self.rivals else "named"
+        blind = tuple(c.name for c in self.first if floor_visibility(self.base, c) < VISIBLE)
+        return Diagnosis(
+            status,
+            self.base,
+            self.fit,
+            tuple(self.accepted),
+            tuple(self.rivals),
+            tuple(self.trials),
+            tuple(self.first),
+            blind,
+            _alike_pairs(self.first),
+            self.held_before,
+            self._foretell(self.fit) if self.held is None else self.held,
+            split,
+            (whiteness(self.base), whiteness(self.fit)),
+            tuple(self.stages),
+        )
+
+
+NO_GAIN = "refused: held-out records are foretold no better"
+
+
+def _gains(before: HeldOut, after: HeldOut) -> bool:
+    """Whether held-out records are foretold better, or were at the noise already."""
+    if before.nrmse < 1.15 * before.noise_floor:
+        return after.nrmse < 1.02 * before.nrmse
+    reach = before.nrmse**2 - min(before.noise_floor, after.noise_floor) ** 2
+    return before.nrmse**2 - after.nrmse**2 > 0.05 * reach
+
+
+def floor_visibility(fit: Fit, candidate: Candidate) -> float:
+    """What a law of natural strength moves beyond all that is fitted, in noise units [-]."""
+    floor, noises = fit.problem.floor, fit.model.noises
+    ratios = [noises[key].marginal_std / floor[key].marginal_std for key in floor]
+    return candidate.visible * float(np.median(ratios))
+
+
+def _alike_pairs(candidates: Sequence[Candidate]) -> tuple[tuple[str, str, float], ...]:
+    pairs = []
+    for i, first in enumerate(candidates):
+        for second in candidates[i + 1 :]:
+            alike = alikeness(first, second)
+            if alike > 0.9:
+                pairs.append((first.name, second.name, alike))
+    return tuple(sorted(pairs, key=lambda pair: -pair[2])[:20])
+
+
+def whiteness(fit: Fit) -> float:
+    """Smallest Ljung-Box p-value of the channels' residuals under their noise floor [-]."""
+    values = []
+    for key in fit.keys:
+        values.append(ljung_box(fit.problem.floor[key].whiten(fit.residual_of(key))))
+    return float(min(min(values) * len(values), 1.0)) if values else 1.0

@@ -1,0 +1,76 @@
+"""How much the data speak for a law: tempered BIC, share of the misfit explained, bounds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .fit import Fit
+from .noise import periodogram
+
+ON_BOUND = 1e-3
+
+
+def effective_samples(fit: Fit) -> float:
+    """Independent samples that a fit's whitened residual amounts to [-].
+
+    White residuals count in full; one that lives at few frequencies counts little, whatever its
+    length. From the participation of the periodogram's bins.
+    """
+    residual = fit.model.residual(fit.x)
+    total, low = 0.0, 0
+    for prepared in fit.problem.records:
+        for sensor in prepared.sensors:
+            high = low + len(sensor.values)
+            power = periodogram(residual[low:high])[1]
+            spread = float(np.sum(power)) ** 2 / max(float(np.sum(power**2)), 1e-300)
+            total += min(4.0 * spread / 1.05, high - low)
+            low = high
+    return max(total, 8.0)
+
+
+def delta_bic(before: Fit, after: Fit) -> float:
+    """Fall of BIC when going from one fit to a richer one under the same weights [-].
+
+    ``n ln(cost before / cost after) - extra ln n`` with the effective number n of samples.
+
+    Source: Schwarz 1978, doi:10.1214/aos/1176344136; unknown variance, so that errors of the
+    model that are left temper the evidence.
+    """
+    n = effective_samples(after)
+    extra = len(after.x) - len(before.x)
+    ratio = max(before.cost, 1e-300) / max(after.cost, 1e-300)
+    return float(n * np.log(ratio) - extra * np.log(n))
+
+
+def excess(fit: Fit) -> float:
+    """Power of the residual beyond the noise, in units of the noise, over all channels [-]."""
+    bins = np.array([misfit.bins for misfit in fit.misfits.values()], dtype=float)
+    ratios = np.array([misfit.ratio for misfit in fit.misfits.values()])
+    if bins.sum() == 0:
+        return 0.0
+    return max(float(np.sum(bins * (ratios - 1.0)) / bins.sum()), 0.0)
+
+
+def explained(before: Fit, after: Fit) -> float:
+    """Share of the residual power beyond the noise that a richer fit takes away, 0 to 1 [-]."""
+    lost, kept = 0.0, 0.0
+    for key in before.keys:
+        floor = before.model.problem.floor[key].marginal_std ** 2
+        size = len(before.predicted[key])
+        first = float(np.mean(before.residual_of(key) ** 2)) / floor
+        last = float(np.mean(after.residual_of(key) ** 2)) / floor
+        kept += size * max(first - 1.0, 0.0)
+        lost += size * max(first - max(last, 1.0), 0.0)
+    return float(np.clip(lost / kept, 0.0, 1.0)) if kept > 0 else 0.0
+
+
+def on_bounds(fit: Fit) -> tuple[str, ...]:
+    """Labels of the rig's constants that stand on a bound."""
+    found = []
+    for i, entry in enumerate(fit.model.entries):
+        if entry.nuisance or entry.slot != "numbers":
+            continue
+        room = ON_BOUND * abs(entry.scale)
+        if fit.value(i) - entry.low < room or entry.high - fit.value(i) < room:
+            found.append(entry.label)
+    return tuple(found)

@@ -1,0 +1,193 @@
+"""extend(fit, cause) -> Fit with the law in force, and its gain on records it has never seen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .fit import DOMINATED, Fit, solve
+from .free import Entry
+from .noise import choose_noise, periodogram
+from .prepare import Prepared, bucket, shortened
+from .problem import Key, Model, Problem, base_entries, opening_model, rough_noise
+from .screen import Candidate
+
+MOST_SAMPLES = 4096
+LEAST_PERIODS = 6.0
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """How well a fit foretells records that it has never seen.
+
+    Every shared number is held. Of the record only its start state and zeros are fitted, to its
+    first three periods (or its first fiftieth where it is driven); numbers that are
+    ``per = "record"`` need the whole record.
+
+    Attributes:
+        fit: that fit of the nuisances alone.
+        errors: root mean square error of each (record, channel) [SI].
+        sizes: root mean square of the measured values about their mean [SI].
+        noise: marginal standard deviation of the noise [SI].
+        mean_errors: mean magnitude of the error over the largest magnitude measured [-].
+    """
+
+    fit: Fit
+    errors: Mapping[Key, float]
+    sizes: Mapping[Key, float]
+    noise: Mapping[Key, float]
+    mean_errors: Mapping[Key, float]
+
+    @property
+    def nrmse(self) -> float:
+        """Root mean square over all channels of error over size [-]."""
+        ratios = [self.errors[key] / self.sizes[key] for key in self.errors]
+        return float(np.sqrt(np.mean(np.square(ratios))))
+
+    @property
+    def noise_floor(self) -> float:
+        """The same for the noise alone [-]."""
+        ratios = [self.noise[key] / self.sizes[key] for key in self.noise]
+        return float(np.sqrt(np.mean(np.square(ratios))))
+
+
+def thinned(problem: Problem) -> Problem:
+    """The problem with long records sampled more coarsely and cut short, for trials that rank.
+
+    Inputs are averaged over each coarse interval, which keeps their impulse.
+    """
+    return replace(problem, records=tuple(_cut(_coarse(p)) for p in problem.records))
+
+
+def _coarse(prepared: Prepared) -> Prepared:
+    if any(sensor.sampling is not None for sensor in prepared.sensors):
+        return prepared
+    bands = [_band(s.values, 1.0 / prepared.step) for s in prepared.sensors]
+    factor = int(1.0 / prepared.step / (40.0 * max(bands)))
+    if factor < 2:
+        return prepared
+    count = (prepared.count - 1) // factor + 1
+    sensors = tuple(
+        replace(s, values=s.values[::factor][:count], times=s.times[::factor][:count])
+        for s in prepared.sensors
+    )
+    padded = bucket(count)
+    smooth = np.zeros((padded, prepared.inputs.shape[1]))
+    width = np.ones(factor) / factor
+    for column in range(smooth.shape[1]):
+        mean = np.convolve(prepared.inputs[: prepared.count, column], width, mode="same")
+        smooth[:count, column] = mean[::factor][:count]
+        smooth[count:, column] = smooth[count - 1, column]
+    step = prepared.step * factor
+    return replace(prepared, step=step, count=count, inputs=smooth, sensors=sensors)
+
+
+def _band(values: np.ndarray, rate: float) -> float:
+    """Frequency below which lies all but a thousandth of the rate of change's power [Hz]."""
+    frequency, power = periodogram(values - np.mean(values))
+    weight = np.cumsum(power * frequency**2)
+    floor = np.median(power[len(power) // 2 :]) * np.cumsum(frequency**2)
+    signal = np.maximum.accumulate(np.maximum(weight - floor, 0.0))
+    return float(frequency[np.searchsorted(signal, 0.999 * signal[-1])] * rate)
+
+
+def _cut(prepared: Prepared) -> Prepared:
+    rate = 1.0 / prepared.step
+    wanted = max(MOST_SAMPLES, LEAST_PERIODS * rate / max(prepared.frequency, 1e-9))
+    return shortened(prepared, int(wanted))
+
+
+def extended_model(fit: Fit, candidate: Candidate) -> Model:
+    """The model of a fit with a candidate's law in force."""
+    cause = (candidate.place, candidate.law)
+    return replace(
+        fit.model,
+        entries=(*fit.model.entries, candidate.entry),
+        causes=(*fit.model.causes, cause),
+    )
+
+
+def extend(fit: Fit, candidate: Candidate, evaluations: int = 12) -> Fit:
+    """Refit everything together with the candidate's law, from more than one start.
+
+    Args:
+        fit: the fit without the law.
+        candidate: the law, its place and the step that the screen proposes.
+        evaluations: budget of each start.
+
+    Returns:
+        The better fit; weighed by the same noise law, so that costs compare.
+    """
+    model = extended_model(fit, candidate)
+    low = candidate.entry.low / candidate.entry.scale
+    step = float(np.clip(candidate.step, -3.0, 3.0))
+    starts = [max(step, low)]
+    if worst_ratio(fit) > DOMINATED:
+        starts.append(0.5 if abs(step) < 0.05 else float(np.sign(step)))
+    best: Fit | None = None
+    for start in starts:
+        trial = grown(model, np.append(fit.x, start), evaluations)
+        if best is None or trial.cost < best.cost:
+            best = trial
+    assert best is not None
+    return best
+
+
+def grown(model: Model, x: np.ndarray, evaluations: int) -> Fit:
+    """Solve on a growing part of the records, so that long decays do not lock a cycle off."""
+    for horizon in (4.0, 20.0):
+        longest = max(p.frequency * p.count * p.step for p in model.problem.records)
+        if all(p.free for p in model.problem.records) and longest > 1.5 * horizon:
+            x = solve(replace(model, horizon=horizon), x, 8).x
+    return solve(model, x, evaluations)
+
+
+def worst_ratio(fit: Fit) -> float:
+    """Largest misfit ratio of any channel [-]."""
+    return max((misfit.ratio for misfit in fit.misfits.values()), default=1.0)
+
+
+def held_out(fit: Fit, problem: Problem) -> HeldOut:
+    """Foretell records that were never fitted.
+
+    Args:
+        fit: of other records of the same rig.
+        problem: the held-out records.
+
+    Returns:
+        Errors with only the records' own nuisances fitted.
+
+    Source: tests/identification/test_extend.py.
+    """
+    problem = replace(problem, widths=fit.problem.widths, scales=fit.problem.scales)
+    shared = {e.name: (e, fit.value(i)) for i, e in enumerate(fit.model.entries) if not e.record}
+    own = [e for e in base_entries(problem) if e.name not in shared]
+    own = [_at_typical(e, fit) for e in own]
+    entries = tuple(own)
+    fixed = tuple(shared.values())
+    model = Model(problem, entries, fit.model.causes, rough_noise(problem), fixed=fixed)
+    x = np.array([entry.value / entry.scale for entry in entries])
+    near = opening_model(model)
+    for horizon in (0.3, 1.0, np.inf):
+        x = solve(replace(near, horizon=horizon), x, 20).x
+    if any(entry.slot == "numbers" for entry in entries):
+        x = grown(model, x, 20).x
+    found = solve(model, x, 0)
+    errors, sizes, noises, means = {}, {}, {}, {}
+    for prepared in problem.records:
+        for sensor in prepared.sensors:
+            key = prepared.name, sensor.channel.name
+            gap = found.residual_of(key)
+            errors[key] = float(np.sqrt(np.mean(gap**2)))
+            sizes[key] = float(np.std(sensor.values)) or 1.0
+            noises[key] = choose_noise(gap, found.predicted[key])[0].marginal_std
+            means[key] = float(np.mean(np.abs(gap)) / np.max(np.abs(sensor.values)))
+    return HeldOut(found, errors, sizes, noises, means)
+
+
+def _at_typical(entry: Entry, fit: Fit) -> Entry:
+    """A number of its own for each record starts from the median of those that were fitted."""
+    values = [fit.value(i) for i, e in enumerate(fit.model.entries) if e.name == entry.name]
+    return entry.at(float(np.median(values))) if entry.slot == "numbers" and values else entry

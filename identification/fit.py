@@ -1,0 +1,325 @@
+"""fit(records, rig) -> Fit: bounded least squares with exact Jacobians over all records at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from .guess import first_guess
+from .motions import with_scales
+from .noise import Misfit, Noise, choose_noise, colour_of, known_noise
+from .prepare import Sensor
+from .problem import Key, Model, Problem, base_entries, opening_model, rough_noise
+
+CONVERGED = "The fit has converged."
+STOPPED = "The fit stopped before it converged: more iterations or better start values are needed."
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A model with its best numbers.
+
+    Attributes:
+        model: what was fitted.
+        x: best unknowns, scaled.
+        covariance: of the scaled unknowns; coloured misfit is taken into account.
+        predicted: what each channel should have read, by (record, channel) [SI].
+        misfits: absolute misfit of each (record, channel).
+        cost: sum of squared whitened residuals and prior pulls [-].
+        count: number of measured samples that count [-].
+        status: one sentence.
+        step_error: change of the response when the integrator's step is halved, in noise units.
+    """
+
+    model: Model
+    x: np.ndarray
+    covariance: np.ndarray
+    predicted: Mapping[Key, np.ndarray]
+    misfits: Mapping[Key, Misfit]
+    cost: float
+    count: int
+    status: str
+    step_error: float = 0.0
+
+    @property
+    def problem(self) -> Problem:
+        """Records and rig."""
+        return self.model.problem
+
+    @property
+    def converged(self) -> bool:
+        """Whether the numbers may be trusted as a minimum."""
+        return self.status == CONVERGED
+
+    def value(self, index: int) -> float:
+        """Best value of entry `index` [SI]."""
+        return float(self.x[index] * self.model.scale[index])
+
+    def std(self, index: int) -> float:
+        """Standard error of entry `index` [SI]."""
+        return float(np.sqrt(max(self.covariance[index, index], 0.0)) * self.model.scale[index])
+
+    def index(self, label: str) -> int:
+        """Where the entry with this label stands [-]."""
+        return [entry.label for entry in self.model.entries].index(label)
+
+    def sensor_of(self, key: Key) -> Sensor:
+        """The measured channel of one (record, channel) [SI]."""
+        for prepared in self.problem.records:
+            for sensor in prepared.sensors:
+                if (prepared.name, sensor.channel.name) == key:
+                    return sensor
+        raise KeyError(key)
+
+    def residual_of(self, key: Key) -> np.ndarray:
+        """Measured minus simulated of one (record, channel) [SI]."""
+        return self.sensor_of(key).values - self.predicted[key]
+
+    @cached_property
+    def keys(self) -> tuple[Key, ...]:
+        """All (record, channel) pairs."""
+        return tuple((p.name, s.channel.name) for p in self.problem.records for s in p.sensors)
+
+    @property
+    def reduced_chi2(self) -> float:
+        """Squared whitened residuals over samples less unknowns [-]."""
+        return self.cost / max(1, self.count - len(self.x))
+
+
+def solve(model: Model, start: np.ndarray, evaluations: int = 40) -> Fit:
+    """Least squares from one start.
+
+    Args:
+        model: what is fitted, with the noise law that weights it.
+        start: scaled unknowns.
+        evaluations: the most that the trust region may take.
+
+    Returns:
+        The fit, its noise law unchanged; `status` says whether it converged.
+    """
+    low = np.array([entry.low / entry.scale for entry in model.entries])
+    high = np.array([entry.high / entry.scale for entry in model.entries])
+    inside = np.clip(start, low, high)
+    if len(inside) == 0 or evaluations == 0:
+        return _finish(model, inside, True)
+    run = least_squares(
+        model.residual,
+        inside,
+        model.jacobian,
+        bounds=(low, high),
+        x_scale="jac",
+        ftol=1e-7,
+        xtol=1e-9,
+        gtol=1e-12,
+        max_nfev=evaluations,
+    )
+    return _finish(model, run.x, run.status > 0)
+
+
+def _finish(model: Model, x: np.ndarray, converged: bool) -> Fit:
+    predicted = model.predict(x)
+    misfits, count = {}, 0
+    for prepared in model.problem.records:
+        for sensor in prepared.sensors:
+            key = prepared.name, sensor.channel.name
+            misfits[key] = noise_of(sensor, predicted[key])[1]
+            count += len(sensor.values)
+    cost = float(np.sum(model.residual(x) ** 2))
+    status = CONVERGED if converged else STOPPED
+    empty = np.zeros((len(x), len(x)))
+    return Fit(model, x, empty, predicted, misfits, cost, count, status)
+
+
+def noise_of(sensor: Sensor, predicted: np.ndarray) -> tuple[Noise, Misfit]:
+    """Noise law and absolute misfit of a channel, from its residual or as its sidecar states."""
+    residual = sensor.values - predicted
+    if sensor.channel.noise is not None:
+        return known_noise(residual, sensor.channel.noise)
+    return choose_noise(residual, predicted)
+
+
+def learn_noise(fit: Fit) -> dict[Key, Noise]:
+    """Noise law of every channel out of the residuals of a fit.
+
+    Args:
+        fit: any fit. A quieter noise than its problem's floor replaces that; a louder never does.
+
+    Returns:
+        The noise law by (record, channel) [SI].
+    """
+    found, floor = {}, fit.problem.floor
+    for key in fit.keys:
+        noise, _ = noise_of(fit.sensor_of(key), fit.predicted[key])
+        if key in floor and floor[key].marginal_std < 0.95 * noise.marginal_std:
+            noise = floor[key]
+        found[key] = noise
+    return found
+
+
+def with_errors(fit: Fit) -> Fit:
+    """The fit with its covariance; where misfit is left, errors grow by its own spectrum.
+
+    Source: sandwich covariance, White 1982, doi:10.2307/1912526, with the smoothed spectrum of
+    the whitened residual; tests/identification/test_fit.py.
+    """
+    model, x = fit.model, fit.x
+    if len(x) == 0:
+        return fit
+    jacobian = model.jacobian(x)
+    hessian = jacobian.T @ jacobian
+    inverse = np.linalg.pinv(hessian, hermitian=True)
+    residual = model.residual(x)
+    middle, low = np.zeros_like(hessian), 0
+    for prepared in model.problem.records:
+        for sensor in prepared.sensors:
+            high = low + len(sensor.values)
+            part = jacobian[low:high]
+            ratio = fit.misfits[prepared.name, sensor.channel.name]
+            honest = ratio.p_value > 1e-3
+            middle += part.T @ part if honest else _coloured(part, residual[low:high])
+            low = high
+    middle += jacobian[low:].T @ jacobian[low:]
+    covariance = inverse @ middle @ inverse
+    honest = all(misfit.p_value > 1e-3 for misfit in fit.misfits.values())
+    if not honest and len(model.problem.records) > 2:
+        covariance = _scattered(model, covariance, inverse, jacobian, residual)
+    return replace(fit, covariance=covariance)
+
+
+def _scattered(
+    model: Model,
+    covariance: np.ndarray,
+    inverse: np.ndarray,
+    jacobian: np.ndarray,
+    residual: np.ndarray,
+) -> np.ndarray:
+    """Errors of shared numbers grow to the scatter from record to record, where that is larger.
+
+    Source: cluster-robust covariance, Liang and Zeger 1986, doi:10.1093/biomet/73.1.13.
+    """
+    scores, low = [], 0
+    for prepared in model.problem.records:
+        high = low + sum(len(sensor.values) for sensor in prepared.sensors)
+        scores.append(jacobian[low:high].T @ residual[low:high])
+        low = high
+    count = len(scores)
+    table = np.array(scores)
+    spread = inverse @ (table.T @ table) @ inverse * count / (count - 1)
+    shared = np.array([entry.record is None for entry in model.entries])
+    ratio = np.diag(spread) / np.maximum(np.diag(covariance), 1e-300)
+    grow = np.sqrt(np.where(shared, np.maximum(ratio, 1.0), 1.0))
+    return covariance * grow[:, None] * grow[None, :]
+
+
+def _coloured(jacobian: np.ndarray, white: np.ndarray) -> np.ndarray:
+    """Variance of the score when the whitened residual keeps a spectrum of its own."""
+    count = len(white)
+    power = np.abs(np.fft.rfft(white)) ** 2 / count
+    width = max(3, int(np.sqrt(count) / 4)) | 1
+    power = np.maximum(1.0, np.convolve(power, np.ones(width) / width, mode="same"))
+    columns = np.fft.rfft(jacobian, axis=0)
+    twice = np.full(len(power), 2.0)
+    twice[0] = 1.0
+    if count % 2 == 0:
+        twice[-1] = 1.0
+    weighted = columns * (power * twice)[:, None]
+    return np.real(columns.conj().T @ weighted) / count
+
+
+HORIZONS = (3.0, 10.0, 40.0, np.inf)
+
+
+def fit_base(problem: Problem, starts: int = 1) -> Fit:
+    """Fit the rig as it stands, with nuisances, from its own start values or better ones.
+
+    Args:
+        problem: records and rig.
+        starts: kept for joint fits from several starts.
+
+    Returns:
+        The fit with its noise law chosen and errors known; its problem carries scales.
+
+    Source: tests/identification/test_fit.py and the real records.
+    """
+    entries = base_entries(problem)
+    model = Model(problem, entries, (), rough_noise(problem))
+    x = first_guess(model)
+    fit = None
+    for horizon in HORIZONS:
+        near = replace(model, horizon=horizon)
+        if np.isfinite(horizon) and _whole(problem, horizon):
+            continue
+        fit = solve(near, x, 15 if np.isfinite(horizon) else 60)
+        x = fit.x
+    assert fit is not None
+    return settle(_with_known_starts(fit))
+
+
+def _with_known_starts(fit: Fit) -> Fit:
+    """Bind the start state of driven records to what their first samples say.
+
+    Otherwise a start that never was (a carriage thrown at rest) hides errors of the model.
+    """
+    model = fit.model
+    driven = {p.name for p in fit.problem.records if not p.free}
+    which = [i for i, e in enumerate(model.entries) if e.slot == "start" and e.record in driven]
+    if not which:
+        return fit
+    chosen = set(which)
+    rest = [i for i in range(len(model.entries)) if i not in chosen]
+    held = tuple((model.entries[i], fit.value(i)) for i in rest)
+    near = replace(model, entries=tuple(model.entries[i] for i in which), fixed=held)
+    near = opening_model(near)
+    started = solve(near, fit.x[which], 10)
+    jacobian = near.jacobian(started.x)
+    spread = np.sqrt(np.diag(np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)))
+    entries, x = list(model.entries), fit.x.copy()
+    for k, i in enumerate(which):
+        scale = entries[i].scale
+        std = max(spread[k], 1e-6) * scale
+        if std < entries[i].prior:
+            entries[i] = replace(entries[i], center=started.x[k] * scale, prior=std)
+            x[i] = started.x[k]
+    return replace(fit, model=replace(model, entries=tuple(entries)), x=x)
+
+
+def _whole(problem: Problem, horizon: float) -> bool:
+    return all(p.frequency * p.count * p.step <= horizon for p in problem.records)
+
+
+def _alike(new: Noise, old: Noise) -> bool:
+    close = abs(np.log(new.std / old.std)) < 0.03 and new.law == old.law
+    return close and np.allclose(new.coefficients, old.coefficients, atol=0.02)
+
+
+DOMINATED = 10.0
+"""Misfit ratio beyond which errors of the model, not noise, are what a fit should spread [-]."""
+
+
+def weights_of(fit: Fit, noises: Mapping[Key, Noise]) -> dict[Key, Noise]:
+    """Noise laws to weigh by: where errors of the model dominate a channel, these errors' own."""
+    return {
+        key: colour_of(fit.residual_of(key)) if fit.misfits[key].ratio > DOMINATED else noise
+        for key, noise in noises.items()
+    }
+
+
+def settle(fit: Fit) -> Fit:
+    """Learn the noise law, weigh by it, fit again, and attach errors and scales."""
+    for _ in range(3):
+        floor = learn_noise(fit)
+        noises = weights_of(fit, floor)
+        before = fit.model.noises
+        same = all(_alike(noises[key], before[key]) for key in noises)
+        problem = replace(fit.problem, floor=floor)
+        model = replace(fit.model, problem=problem, noises=noises, horizon=np.inf)
+        fit = solve(model, fit.x, 8 if same else 30)
+        if same:
+            break
+    problem = with_scales(fit.model, fit.x)
+    fit = replace(fit, model=replace(fit.model, problem=problem))
+    return with_errors(fit)

@@ -1,0 +1,258 @@
+"""Which numbers a fit varies: by name, with bounds, priors and scales."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..model.chain import DERIVATIVES, FORCES
+from ..model.law import Law
+from ..model.linear import Mechanism, mass_matrix, stiffness_matrix
+from ..model.parameters import Parameter
+from ..model.respond import Plant
+from .prepare import Prepared, Sensor
+
+OFFSET_TOLERANCE = 0.01
+"""Standard deviation of a response's unknown zero, as a share of its largest excursion [-]."""
+
+DRIVE_TOLERANCE = 0.05
+"""Standard deviation of a force's unknown zero, as a share of its largest value [-]."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One number that a fit varies.
+
+    Attributes:
+        name: rig's name, ``PLACE/LAW`` for a law's strength, ``CHANNEL.offset`` and the like.
+        slot: part of the plant's vector: numbers, strengths, start, drive, offset, gain, delay.
+        keys: which elements of the slot it sets: names, or indices as text.
+        record: the only record it belongs to; None where all share it.
+        value: start value [SI].
+        low: lower bound [SI].
+        high: upper bound [SI].
+        scale: size of a natural change [SI]; fits work in value / scale.
+        prior: prior standard deviation about `center` [SI]; inf without one.
+        center: prior mean [SI].
+        unit: SI unit as text [-].
+        nuisance: whether it is no constant of the rig or of a law.
+    """
+
+    name: str
+    slot: str
+    keys: tuple[str, ...]
+    record: str | None
+    value: float
+    low: float = -math.inf
+    high: float = math.inf
+    scale: float = 1.0
+    prior: float = math.inf
+    center: float = 0.0
+    unit: str = ""
+    nuisance: bool = True
+
+    @property
+    def label(self) -> str:
+        """Name with the record it belongs to, unique in a fit."""
+        return self.name if self.record is None else f"{self.name}[{self.record}]"
+
+    def at(self, value: float) -> Entry:
+        """The same entry with another start value [SI], kept inside its bounds."""
+        return replace(self, value=float(np.clip(value, self.low, self.high)))
+
+
+def rig_entries(
+    parameters: Mapping[str, Parameter], records: Sequence[Prepared]
+) -> tuple[Entry, ...]:
+    """Entries of the rig's free numbers and of those known to a tolerance [SI]."""
+    found = []
+    for name, number in parameters.items():
+        given = {name in prepared.numbers for prepared in records}
+        if not number.varies or given == {True}:
+            continue
+        scale = abs(number.value) or number.std or 1.0
+        low, high = number.low, number.high
+        if number.free and math.isinf(low) and number.value > 0:
+            low = 0.0
+        prior = number.std if number.std is not None else math.inf
+        for record in [p.name for p in records] if number.per_record else [None]:
+            found.append(
+                Entry(
+                    name,
+                    "numbers",
+                    (name,),
+                    record,
+                    number.value,
+                    low,
+                    high,
+                    scale,
+                    prior,
+                    number.value,
+                    number.unit,
+                    nuisance=not number.free,
+                )
+            )
+    return tuple(found)
+
+
+def nuisance_entries(
+    mechanism: Mechanism, numbers: Mapping[str, float], prepared: Prepared
+) -> tuple[Entry, ...]:
+    """Start state, offsets and tolerances of one record, each with its prior [SI]."""
+    found = _start_entries(mechanism, dict(numbers) | prepared.numbers, prepared)
+    for index, sensor in enumerate(prepared.sensors):
+        found += _channel_entries(sensor, index, prepared)
+    return tuple(found)
+
+
+DAY_TOLERANCE = 0.005
+"""Standard deviation of a number that a record says differed on its day, as a share of it [-]:
+what a kitchen scale and a rule of thumb leave open."""
+
+
+def day_entries(parameters: Mapping[str, Parameter], prepared: Prepared) -> tuple[Entry, ...]:
+    """The numbers of one record's own `[parameters]`, each known to a tolerance [SI]."""
+    found = []
+    for name, value in prepared.numbers.items():
+        number = parameters[name]
+        std = number.std if number.std is not None else DAY_TOLERANCE * abs(value)
+        if std > 0:
+            found.append(
+                Entry(
+                    name,
+                    "numbers",
+                    (name,),
+                    prepared.name,
+                    value,
+                    scale=std,
+                    prior=std,
+                    center=value,
+                    unit=number.unit,
+                )
+            )
+    return tuple(found)
+
+
+def drive_entries(records: Sequence[Prepared]) -> tuple[Entry, ...]:
+    """The unknown zero of each force or torque that drives, one a channel, shared by records.
+
+    An amplifier's zero stays from test to test; what is learned of it on some records holds for
+    others.
+    """
+    found: dict[str, Entry] = {}
+    for prepared in records:
+        for channel in prepared.record.inputs:
+            if channel.quantity not in FORCES or not np.ptp(channel.values) > 0:
+                continue
+            reach = DRIVE_TOLERANCE * float(np.max(np.abs(channel.values)))
+            std = channel.tolerance.get("offset", reach)
+            name = f"{channel.name}.offset"
+            entry = Entry(
+                name, "drive", (channel.name,), None, 0.0, scale=std, prior=std, unit=channel.unit
+            )
+            if name not in found or found[name].prior < std:
+                found[name] = entry
+    return tuple(found.values())
+
+
+def _start_entries(
+    mechanism: Mechanism, numbers: Mapping[str, float], prepared: Prepared
+) -> list[Entry]:
+    n = len(mechanism.coordinates)
+    position, velocity = _start_scales(mechanism, numbers, prepared)
+    entries = []
+    for index, coordinate in enumerate(mechanism.coordinates):
+        for what, offset, size in (("start", 0, position), ("start_velocity", n, velocity)):
+            name, scale = f"{coordinate}.{what}", float(size[index])
+            std = 1e-4 * scale if prepared.at_rest and offset else 10 * scale
+            entry = _nuisance(name, "start", index + offset, prepared, std, "")
+            entries.append(replace(entry, scale=scale))
+    return entries
+
+
+def _start_scales(
+    mechanism: Mechanism, numbers: Mapping[str, float], prepared: Prepared
+) -> tuple[np.ndarray, np.ndarray]:
+    """Natural size of each coordinate's start: how it moves when a sensor's place is pushed."""
+    n = len(mechanism.coordinates)
+    rows = mechanism.rows(numbers)
+    mass = np.asarray(mass_matrix(rows))[:n, :n]
+    omega = 2 * np.pi * max(prepared.frequency, 0.5 / (prepared.count * prepared.step))
+    dynamic = np.asarray(stiffness_matrix(rows))[:n, :n] + 1e-3 * omega**2 * mass
+    best = np.zeros(n)
+    for sensor in prepared.sensors:
+        port = sensor.port
+        row = np.asarray(mechanism.sensor_row(port.place, port.quantity, port.frame, numbers))[:n]
+        shape = np.abs(np.linalg.solve(dynamic, row))
+        seen = float(np.abs(row) @ shape)
+        size = np.ptp(sensor.values) / omega ** DERIVATIVES[port.quantity]
+        if seen > 0:
+            best = np.maximum(best, size * np.maximum(shape, 1e-3 * shape.max()) / seen)
+    best[best == 0] = best.max() or 1.0
+    return best, best * omega
+
+
+def _channel_entries(sensor: Sensor, index: int, prepared: Prepared) -> list[Entry]:
+    channel = sensor.channel
+    reach = float(np.max(np.abs(sensor.values)))
+    tolerance = dict(channel.tolerance)
+    offset = tolerance.get("offset", OFFSET_TOLERANCE * reach)
+    name = channel.name
+    entries = [_nuisance(f"{name}.offset", "offset", index, prepared, offset, channel.unit)]
+    gain = math.hypot(tolerance.get("gain", 0.0), tolerance.get("radius", 0.0))
+    if gain > 0:
+        entries.append(_nuisance(f"{name}.gain", "gain", index, prepared, gain, "1"))
+    delay = tolerance.get("delay", 0.0)
+    if channel.clock_unknown and channel.clock_offset is None:
+        delay = max(delay, 0.05)
+    if delay > 0:
+        entries.append(_nuisance(f"{name}.delay", "delay", index, prepared, delay, "s"))
+    return entries
+
+
+def _nuisance(name: str, slot: str, index: int, prepared: Prepared, std: float, unit: str) -> Entry:
+    return Entry(name, slot, (str(index),), prepared.name, 0.0, scale=std, prior=std, unit=unit)
+
+
+def law_entry(
+    law: Law, place: str, natural: float, unit: str, records: Sequence[Prepared]
+) -> Entry:
+    """Entry of a law's strength at a place or channel, shared by all records [SI]."""
+    name = f"{place}/{law.name}"
+    low = -math.inf if law.signed else 0.0
+    slot, keys = "strengths", (place, law.name)
+    if law.slot:
+        is_input = any(c.name == place for p in records for c in p.record.inputs)
+        slot, keys = ("drive" if is_input else law.slot), (place,)
+        low = -math.inf
+    return Entry(
+        name, slot, keys, None, 0.0, low, math.inf, abs(natural), unit=unit, nuisance=False
+    )
+
+
+def slot_index(plant: Plant, prepared: Prepared, entry: Entry) -> int | None:
+    """Where an entry lies in a plant's vector for one record; None where it has no place [-]."""
+    if entry.record is not None and entry.record != prepared.name:
+        return None
+    base = plant.slots[entry.slot].start
+    if entry.slot == "numbers":
+        given = entry.name in prepared.numbers and entry.record is None
+        if given or entry.keys[0] not in plant.mechanism.names:
+            return None
+        return base + plant.mechanism.names.index(entry.keys[0])
+    if entry.slot == "strengths":
+        for index, (place, law) in enumerate(plant.laws):
+            if (place, law.name) == entry.keys:
+                return base + index
+        return None
+    if entry.keys[0].isdigit():
+        return base + int(entry.keys[0])
+    names = (
+        [channel.name for channel in prepared.record.inputs]
+        if entry.slot == "drive"
+        else [sensor.channel.name for sensor in prepared.sensors]
+    )
+    return base + names.index(entry.keys[0]) if entry.keys[0] in names else None

@@ -1,0 +1,144 @@
+"""Columns of a MAT file of version 4 to 7: each variable by its name."""
+
+from __future__ import annotations
+
+import functools
+import io
+import re
+import zlib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..model.door import fault, nearest, one_of
+from .mat_check import damage_of
+
+# What scipy raises for files that are cut short, scrambled or of another kind.
+_UNREADABLE = (
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    EOFError,
+    LookupError,
+    MemoryError,
+    NameError,
+    NotImplementedError,
+    OSError,
+    TypeError,
+    ValueError,
+    zlib.error,
+)
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+
+
+@dataclass(frozen=True)
+class MatTable:
+    """A MAT file; ``name[2]`` is the third column of a matrix, ``name.part`` a part of a struct.
+
+    Attributes:
+        path: the file.
+        sha256: of its bytes.
+        content: its bytes.
+    """
+
+    path: Path
+    sha256: str
+    content: bytes = field(repr=False)
+
+    def name(self, key: str | int) -> str:
+        """The name of a variable that exists; a MAT file states no units [-]."""
+        return str(key)
+
+    def column(self, key: str | int, rows: tuple[int, int] | None, place: str) -> np.ndarray:
+        """Numbers of one variable.
+
+        Args:
+            key: the variable's name, or its 0-based number in the file.
+            rows: the first and one past the last; None for all.
+            place: the key of the sidecar that asks, for messages.
+
+        Returns:
+            float64, shape (n,), in the file's unit, finite.
+
+        Raises:
+            ValueError: where there is no such variable, or it is no vector of finite numbers.
+        """
+        values = self._vector(key, place)
+        start, stop = rows or (0, len(values))
+        if stop > len(values):
+            mend = "correct 'samples', which counts from 0"
+            expected, found = f"at least {stop} samples", f"{len(values)}"
+            raise fault(self.path, f"variable '{key}'", expected, found, mend)
+        values = values[start:stop]
+        strange = np.flatnonzero(~np.isfinite(values))
+        if strange.size:
+            where = f"variable '{key}', row {start + int(strange[0])}"
+            found = f"{values[strange[0]]} ({strange.size} of {len(values)} numbers)"
+            mend = "mend it, or leave that row out with 'samples' in [record]"
+            raise fault(self.path, where, "a finite number", found, mend)
+        return values
+
+    @functools.cached_property
+    def _variables(self) -> dict[str, Any]:
+        from scipy.io import loadmat
+        from scipy.io.matlab import MatReadError
+
+        if self.content[512:520] == _HDF5 or self.content.startswith(_HDF5):
+            mend = "save it in MATLAB with save(file, '-v7')"
+            raise fault(self.path, "", "a MAT file of version 7 or older", "version 7.3", mend)
+        if (damage := damage_of(self.content)) is not None:
+            raise fault(self.path, "", "a whole MAT file", damage, "copy or save it again")
+        try:
+            read = loadmat(io.BytesIO(self.content), struct_as_record=False, squeeze_me=True)
+        except (
+            MatReadError,
+            ValueError,
+            TypeError,
+            OSError,
+            NotImplementedError,
+            KeyError,
+        ) as error:
+            mend = "save it again from MATLAB with save(file, '-v7'), or export CSV"
+            found = f"'{error}'" if str(error) else "something else"
+            raise fault(self.path, "", "a MAT file", found, mend) from None
+        return {name: value for name, value in read.items() if not name.startswith("__")}
+
+    def _vector(self, key: str | int, place: str) -> np.ndarray:
+        variables = self._variables
+        if isinstance(key, int):
+            if key >= len(variables):
+                found = f"{len(variables)}: {one_of(variables)}"
+                expected = f"a variable number {key}"
+                raise fault(self.path, place, expected, found, "name the variable instead")
+            key = list(variables)[key]
+        match = re.fullmatch(r"(.+)\[(\d+)\]", key)
+        name, number = (match.group(1), int(match.group(2))) if match else (key, None)
+        value = self._found(name, place)
+        array = np.atleast_1d(np.asarray(value))
+        if array.dtype.kind not in "biuf":
+            found = "complex numbers" if array.dtype.kind == "c" else "something else"
+            mend = f"name one of {one_of(variables)}"
+            raise fault(self.path, f"variable '{name}'", "real numbers", found, mend)
+        if number is not None and array.ndim == 2 and number < array.shape[1]:
+            array = array[:, number]
+        elif number is not None or array.ndim != 1:
+            shape = " x ".join(map(str, array.shape))
+            mend = f"write column = '{name}[0]' for the first column of a matrix"
+            raise fault(self.path, f"variable '{key}'", "a vector", f"{shape} numbers", mend)
+        return array.astype(np.float64)
+
+    def _found(self, name: str, place: str) -> Any:
+        if name in self._variables:
+            return self._variables[name]
+        first, *parts = name.split(".")
+        value = self._variables.get(first)
+        for part in parts:
+            value = getattr(value, part, None) if hasattr(value, "_fieldnames") else None
+        if parts and value is not None:
+            return value
+        like = nearest(name, self._variables)
+        mend = f"write column = '{like}'" if like else "write one of these names"
+        found = f"the variables {one_of(self._variables)}"
+        raise fault(self.path, place, f"a variable '{name}'", found, mend)

@@ -1,0 +1,77 @@
+"""How far and how fast each place moves in a fit: natural sizes for laws, curves for figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..model.law import Scales
+from ..model.linear import state_space
+from ..model.respond import state_history
+from .problem import Model, Problem
+
+WIDTH = 0.01
+"""Corners of laws are rounded over this share of the root mean square motion at the place [-]."""
+
+
+def motions(
+    model: Model, x: np.ndarray, places: Sequence[str]
+) -> dict[str, list[tuple[np.ndarray, np.ndarray]]]:
+    """Stretch and rate at each place, one pair a record and row, as the fit sees them [SI]."""
+    found: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {place: [] for place in places}
+    for prepared in model.problem.records:
+        plant = model.plant(prepared)
+        z = jnp.asarray(model.vector(prepared, x))
+        states, _ = state_history(plant, model.substeps(prepared), z, *model.arguments(prepared))
+        states = states[: prepared.count]
+        for place in places:
+            space = state_space(
+                plant.mechanism, plant.numbers(z), plant.inputs, plant.sensors, (place,)
+            )
+            drive = prepared.inputs[: prepared.count] @ np.asarray(space.rate_input).T
+            stretch = states @ np.asarray(space.stretch).T
+            rate = states @ np.asarray(space.rate).T + drive
+            found[place] += [(stretch[:, i], rate[:, i]) for i in range(stretch.shape[1])]
+    return found
+
+
+def with_scales(model: Model, x: np.ndarray) -> Problem:
+    """The problem with natural scales and widths of every place, out of a model's motions at x."""
+    problem = model.problem
+    places = list(problem.mechanism.law_places())
+    moved = motions(model, x, places)
+    numbers = problem.numbers
+    scales, widths = {}, {}
+    force = _force_scale(problem)
+    frequency = max(float(np.median([p.frequency for p in problem.records])), 1e-6)
+    for place in places:
+        stretch = float(np.sqrt(np.mean([np.mean(s**2) for s, _ in moved[place]]))) or 1e-12
+        rate = float(np.sqrt(np.mean([np.mean(v**2) for _, v in moved[place]]))) or 1e-12
+        _, k, c = problem.mechanism.place_rows(place, numbers)
+        stiffness, damping = float(np.max(np.abs(k))), float(np.max(np.abs(c)))
+        size = max(stiffness * stretch, damping * rate, force if stiffness == 0 else 0.0)
+        scales[place] = Scales(
+            stretch, rate, 0.1 * (size or 1.0), stiffness, 1 / (2 * np.pi * frequency)
+        )
+        widths[place] = (WIDTH * stretch, WIDTH * rate)
+    return replace(problem, scales=scales, widths=widths)
+
+
+def _force_scale(problem: Problem) -> float:
+    """Root mean square of the forces that drive the records, or of the inertia of the first."""
+    pushes = [
+        float(np.sqrt(np.mean(c.values**2)))
+        for p in problem.records
+        for c in p.record.inputs
+        if c.quantity in ("force", "torque")
+    ]
+    if pushes:
+        return max(pushes)
+    numbers = problem.numbers
+    inertia = float(np.max(np.asarray(problem.mechanism.rows(numbers).inertias)))
+    frequency = problem.records[0].frequency
+    reach = float(np.std(problem.records[0].sensors[0].values))
+    return inertia * (2 * np.pi * frequency) ** 2 * reach

@@ -1,0 +1,266 @@
+"""The noise law of a channel, chosen by the data before anything is named."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.stats import chi2 as chi2_distribution
+
+LAWS = ("white", "ar1", "ar2")
+MEMORY_LIMITS = (0.98, 0.5)
+"""Largest partial autocorrelations that still count as noise of a sensor [-]; a sharper resonance
+or a smoother drift is an error of the model."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Autoregressive noise: ``e_t = (r_t - sum phi_i r_(t-i)) / std`` is white.
+
+    Attributes:
+        coefficients: phi, of length 0 (white), 1 or 2 [-].
+        std: standard deviation of the innovations [channel's unit].
+    """
+
+    coefficients: tuple[float, ...]
+    std: float
+
+    @property
+    def law(self) -> str:
+        """white, ar1 or ar2."""
+        return LAWS[len(self.coefficients)]
+
+    @property
+    def marginal_std(self) -> float:
+        """Standard deviation of the noise itself, memory included [channel's unit]."""
+        phi = self.coefficients
+        if not phi:
+            return self.std
+        if len(phi) == 1:
+            return self.std / np.sqrt(1 - phi[0] ** 2)
+        a, b = phi
+        return self.std * np.sqrt((1 - b) / ((1 + b) * ((1 - b) ** 2 - a**2)))
+
+    def whiten(self, residual: np.ndarray) -> np.ndarray:
+        """Innovations along the first axis, in units of their standard deviation [-].
+
+        The first samples, whose past is unknown, are divided by the marginal deviation.
+        """
+        white = residual.copy()
+        for lag, phi in enumerate(self.coefficients, 1):
+            white[lag:] -= phi * residual[:-lag]
+        white /= self.std
+        order = len(self.coefficients)
+        if order:
+            white[:order] = residual[:order] / self.marginal_std
+        return white
+
+    def spectrum(self, frequency: np.ndarray) -> np.ndarray:
+        """Density per bin at `frequency` in cycles a sample, relative to white of unit std."""
+        turn = np.exp(-2j * np.pi * frequency)
+        response = 1.0 - sum(phi * turn**lag for lag, phi in enumerate(self.coefficients, 1))
+        return self.std**2 / np.abs(response) ** 2
+
+
+@dataclass(frozen=True, eq=False)
+class Trust:
+    """Weights for finding a start state: the sensor's noise, plus a share of the motion so far.
+
+    A wrong model is wrong in proportion to how far things have moved; the first samples tell the
+    start state whatever the model.
+
+    Attributes:
+        std: shape (t,) [channel's unit].
+    """
+
+    std: np.ndarray
+
+    def whiten(self, residual: np.ndarray) -> np.ndarray:
+        """Residual along the first axis in units of `std` [-]."""
+        return residual / self.std.reshape((-1,) + (1,) * (residual.ndim - 1))
+
+
+SHARE = 0.1
+
+
+def trust_of(values: np.ndarray) -> Trust:
+    """Weights of a channel, shape (t,), for finding its start state [channel's unit]."""
+    noise = np.std(np.diff(values, 3)) / np.sqrt(20.0)
+    moved = np.maximum.accumulate(np.abs(values - values[0]))
+    return Trust(noise + SHARE * moved + 1e-12 * np.max(np.abs(values)) + 1e-300)
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """How far a residual is from its noise, absolutely.
+
+    Attributes:
+        ratio: power of the residual over that of the noise, where the model moves [-].
+        p_value: chance of such a ratio under the noise law alone [-].
+        bins: number of frequencies that it rests on [-].
+    """
+
+    ratio: float
+    p_value: float
+    bins: int
+
+
+def periodogram(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Tapered periodogram, normalized so that unit white noise has mean 1.
+
+    Args:
+        values: shape (t,).
+
+    Returns:
+        frequency [cycles a sample] and power, without DC and Nyquist.
+    """
+    count = len(values)
+    taper = np.hanning(count + 2)[1:-1]
+    power = np.abs(np.fft.rfft(values * taper)) ** 2 / np.sum(taper**2)
+    frequency = np.fft.rfftfreq(count)
+    return frequency[2:-1], power[2:-1]
+
+
+def known_noise(residual: np.ndarray, std: float) -> tuple[Noise, Misfit]:
+    """Noise of a stated size, whatever its color, and the misfit against it.
+
+    Args:
+        residual: measured minus simulated, shape (t,) [channel's unit].
+        std: what the sidecar says of the channel's noise [channel's unit].
+
+    Returns:
+        The law with the residual's own color but at most the stated size, and the misfit.
+    """
+    ratio = float(np.mean(residual**2)) / std**2
+    color = colour_of(residual)
+    size = std * min(1.0, float(np.sqrt(ratio)))
+    noise = Noise(color.coefficients, color.std / color.marginal_std * size)
+    bins = len(residual) // 2
+    p_value = float(chi2_distribution.sf(len(residual) * ratio, len(residual)))
+    return noise, Misfit(ratio, p_value, bins)
+
+
+def choose_noise(residual: np.ndarray, predicted: np.ndarray) -> tuple[Noise, Misfit]:
+    """Noise law from where the model does not move, tested where it does.
+
+    A wrong model leaves its errors where it moves. There the residual is not asked what the
+    noise is, unless the noise found elsewhere explains it.
+
+    Args:
+        residual: measured minus simulated, shape (t,) [channel's unit].
+        predicted: simulated, shape (t,) [channel's unit].
+
+    Returns:
+        The law with the smallest BIC among white, AR(1) and AR(2), and the absolute misfit.
+
+    Source: Whittle 1953; tests/identification/test_noise.py.
+    """
+    frequency, power = periodogram(residual)
+    signal = _smooth(periodogram(predicted - np.mean(predicted))[1])
+    moves = signal > 3.0 * _smooth(power)
+    moves = np.convolve(moves, np.ones(5), mode="same") > 0.5
+    quiet = ~moves
+    if quiet.sum() < max(24, 0.15 * len(power)):
+        noise = _best(frequency, power, np.ones_like(quiet))
+        return noise, _misfit(power / noise.spectrum(frequency), np.ones_like(quiet))
+    noise = _best(frequency, power, quiet)
+    misfit = _misfit(power / noise.spectrum(frequency), moves)
+    if misfit.bins and misfit.p_value > 1e-3:
+        noise = _best(frequency, power, np.ones_like(quiet))
+        misfit = _misfit(power / noise.spectrum(frequency), moves)
+    return noise, misfit
+
+
+def colour_of(residual: np.ndarray) -> Noise:
+    """AR(1) law of a whole residual, shape (t,), errors of the model included [channel's unit].
+
+    Generalized least squares with it spreads such errors evenly over frequency instead of
+    chasing their slow drift; Aitken 1935, doi:10.1017/S0370164600014346.
+    """
+    frequency, power = periodogram(residual)
+    return _whittle(frequency, power, 1)[1]
+
+
+def _smooth(power: np.ndarray) -> np.ndarray:
+    return np.convolve(power, np.ones(9) / 9, mode="same")
+
+
+def _misfit(ratio: np.ndarray, where: np.ndarray) -> Misfit:
+    bins = int(np.sum(where))
+    if not bins:
+        return Misfit(1.0, 1.0, 0)
+    mean = float(np.mean(ratio[where]))
+    # a Hann taper correlates neighbors: about half as many independent bins
+    dof = 2 * bins / 1.9
+    return Misfit(mean, float(chi2_distribution.sf(dof * mean, dof)), bins)
+
+
+def _best(frequency: np.ndarray, power: np.ndarray, use: np.ndarray) -> Noise:
+    """Smallest BIC over the orders; bins that stand out by far are left out of the fit."""
+    keep = use.astype(bool).copy()
+    noise = Noise((), float(np.sqrt(np.median(power[keep]) / np.log(2) + 1e-300)))
+    for _ in range(4):
+        fits = [_whittle(frequency[keep], power[keep], order) for order in (0, 1, 2)]
+        costs = [cost + order * np.log(keep.sum()) for order, (cost, _) in enumerate(fits)]
+        noise = fits[int(np.argmin(costs))][1]
+        relative = power / noise.spectrum(frequency)
+        loud = relative > 12.0
+        loud = loud | (np.convolve(relative > 40.0, np.ones(5), mode="same") > 0.5)
+        new = use.astype(bool) & ~loud
+        if new.sum() < 24 or np.array_equal(new, keep):
+            break
+        keep = new
+    return noise
+
+
+def _whittle(frequency: np.ndarray, power: np.ndarray, order: int) -> tuple[float, Noise]:
+    """Twice the negative log Whittle likelihood and its noise, for one order."""
+    power = power + 1e-300
+    count = len(power)
+
+    def inverse(partial: np.ndarray) -> np.ndarray:
+        return 1.0 / Noise(_coefficients(partial), 1.0).spectrum(frequency)
+
+    def cost(free: np.ndarray) -> float:
+        gain = inverse(_limited(free))
+        return float(count * np.log(np.mean(power * gain)) - np.sum(np.log(gain)))
+
+    best, partial = cost(np.zeros(0)), np.zeros(0)
+    if order:
+        starts = (np.zeros(order), np.eye(order)[0] * 1.2)
+        runs = [minimize(cost, start, method="Nelder-Mead") for start in starts]
+        run = min(runs, key=lambda r: r.fun)
+        best, partial = float(run.fun), _limited(run.x)
+    std = float(np.sqrt(np.mean(power * inverse(partial))))
+    return best, Noise(_coefficients(partial), std)
+
+
+def _limited(free: np.ndarray) -> np.ndarray:
+    return np.array(MEMORY_LIMITS[: len(free)]) * np.tanh(free)
+
+
+def _coefficients(partial: np.ndarray) -> tuple[float, ...]:
+    """AR coefficients from partial autocorrelations (Durbin and Levinson): always stationary."""
+    if len(partial) == 0:
+        return ()
+    if len(partial) == 1:
+        return (float(partial[0]),)
+    first, second = partial
+    return (float(first * (1 - second)), float(second))
+
+
+def ljung_box(white: np.ndarray, lags: int = 20) -> float:
+    """p-value of the hypothesis that `white`, shape (t,), has no autocorrelation [-].
+
+    Source: Ljung and Box 1978, doi:10.1093/biomet/65.2.297.
+    """
+    count = len(white)
+    lags = min(lags, count // 5)
+    centered = white - np.mean(white)
+    power = float(centered @ centered)
+    if lags < 1 or power <= 0:
+        return 1.0
+    correlation = np.array([centered[k:] @ centered[:-k] for k in range(1, lags + 1)]) / power
+    statistic = count * (count + 2) * np.sum(correlation**2 / (count - np.arange(1, lags + 1)))
+    return float(chi2_distribution.sf(statistic, lags))

@@ -1,0 +1,262 @@
+"""A problem is records and a rig, ready to be fitted; a model adds what varies and what acts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..model.law import Law, Scales
+from ..model.linear import Mechanism
+from ..model.mechanism import mechanism_of
+from ..model.respond import Plant, numbers_vector, simulate, tangents
+from ..model.rig import Rig
+from .free import Entry, day_entries, drive_entries, nuisance_entries, rig_entries, slot_index
+from .noise import Noise, Trust, trust_of
+from .prepare import Prepared, Sensor, opening, prepare_all
+from .records import Record
+
+LANES = 8
+"""Directions of a Jacobian are padded to a multiple of this, so that few shapes are compiled."""
+
+Cause = tuple[str, Law]
+Key = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Records and a rig, ready to be fitted.
+
+    Attributes:
+        rig: as read at the door.
+        mechanism: what the rig describes.
+        records: the prepared records.
+        widths: rounding of corners by place: (stretch [m or rad], rate [m/s or rad/s]).
+        scales: natural motions and forces by place.
+        floor: the quietest noise law found so far of each (record, channel) [SI].
+    """
+
+    rig: Rig
+    mechanism: Mechanism
+    records: tuple[Prepared, ...]
+    widths: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    scales: Mapping[str, Scales] = field(default_factory=dict)
+    floor: Mapping[Key, Noise] = field(default_factory=dict)
+
+    @cached_property
+    def numbers(self) -> dict[str, float]:
+        """The rig's own numbers by name [SI]."""
+        return {name: number.value for name, number in self.rig.parameters.items()}
+
+
+def make_problem(records: Sequence[Record], rig: Rig) -> Problem:
+    """Prepare records for fits of a rig.
+
+    Args:
+        records: as read at the door.
+        rig: as read at the door.
+
+    Returns:
+        The problem, without widths; `fit_base` finds them.
+
+    Raises:
+        ValueError: in the words of the door that a record or the rig fails.
+    """
+    mechanism = mechanism_of(rig)
+    numbers = {name: number.value for name, number in rig.parameters.items()}
+    return Problem(rig, mechanism, prepare_all(records, mechanism, numbers))
+
+
+@dataclass(frozen=True)
+class Model:
+    """A problem with its entries, laws and noise: residual and Jacobian as functions of x.
+
+    Attributes:
+        problem: records and rig.
+        entries: what varies.
+        causes: laws in force, each with its place.
+        noises: noise law of each (record, channel).
+        horizon: only the first part of each record counts, in periods; inf for all.
+        fixed: further entries, held at the given values [SI].
+    """
+
+    problem: Problem
+    entries: tuple[Entry, ...]
+    causes: tuple[Cause, ...]
+    noises: Mapping[Key, Noise] | Mapping[Key, Trust]
+    horizon: float = np.inf
+    fixed: tuple[tuple[Entry, float], ...] = ()
+
+    @cached_property
+    def places(self) -> tuple[str, ...]:
+        """Places where force laws act."""
+        found = [place for place, law in self.causes if law.force is not None]
+        return tuple(dict.fromkeys(found))
+
+    @cached_property
+    def scale(self) -> np.ndarray:
+        """Natural size of each entry [SI]."""
+        return np.array([entry.scale for entry in self.entries])
+
+    def plant(self, prepared: Prepared) -> Plant:
+        """The plant that simulates one record."""
+        sensors = tuple(sensor.port for sensor in prepared.sensors)
+        return Plant(self.problem.mechanism, prepared.ports, sensors, self.places)
+
+    def substeps(self, prepared: Prepared) -> int:
+        """Steps of the integrator a sample [-]: enough for the third harmonic where laws act."""
+        if not self.places:
+            return 1
+        turn = 2 * np.pi * prepared.frequency * prepared.step
+        wanted = max(1.0, 3.0 * turn / 0.6)
+        return int(min(8, 2 ** int(np.ceil(np.log2(wanted)))))
+
+    def links(self, prepared: Prepared) -> list[tuple[int, int]]:
+        """Pairs (entry, element of z) for one record."""
+        plant = self.plant(prepared)
+        pairs = [(i, slot_index(plant, prepared, e)) for i, e in enumerate(self.entries)]
+        return [(i, at) for i, at in pairs if at is not None]
+
+    def vector(self, prepared: Prepared, x: np.ndarray) -> np.ndarray:
+        """The plant's z [SI] for one record at scaled unknowns x."""
+        plant = self.plant(prepared)
+        z = numbers_vector(plant, self.problem.numbers | prepared.numbers)
+        links = self.links(prepared)
+        for i, at in links:
+            if self.entries[i].slot == "numbers":
+                z[at] = 0.0
+        plant_slots = [(slot_index(plant, prepared, e), e, v) for e, v in self.fixed]
+        for at, entry, _ in plant_slots:
+            if at is not None and entry.slot == "numbers":
+                z[at] = 0.0
+        for at, _, value in plant_slots:
+            if at is not None:
+                z[at] += value
+        for i, at in links:
+            z[at] += x[i] * self.scale[i]
+        return z
+
+    def widths(self) -> np.ndarray:
+        """Rounding widths of the law places, shape (places, 2) [SI]."""
+        known = self.problem.widths
+        return np.array([known.get(p, (1e-6, 1e-6)) for p in self.places]).reshape(-1, 2)
+
+    def arguments(self, prepared: Prepared) -> tuple:
+        """Inputs, sampling interval [s] and widths of one record, as the simulation takes them."""
+        return (
+            jnp.asarray(prepared.inputs),
+            jnp.asarray(prepared.step),
+            jnp.asarray(self.widths()),
+        )
+
+    def grid(self, prepared: Prepared, x: np.ndarray, finer: int = 1) -> np.ndarray:
+        """Every sensor on the simulation's grid, shape (padded, sensors + 1) [SI]."""
+        substeps = self.substeps(prepared) * (finer if self.places else 1)
+        z = jnp.asarray(self.vector(prepared, x))
+        return np.asarray(simulate(self.plant(prepared), substeps, z, *self.arguments(prepared)))
+
+    def predict(self, x: np.ndarray, finer: int = 1) -> dict[Key, np.ndarray]:
+        """What each channel should have read, by (record, channel) [SI]."""
+        found = {}
+        for prepared in self.problem.records:
+            grid = self.grid(prepared, x, finer)
+            for index, sensor in enumerate(prepared.sensors):
+                found[prepared.name, sensor.channel.name] = _sample(sensor, grid[:, index])
+        return found
+
+    def residual(self, x: np.ndarray) -> np.ndarray:
+        """Whitened measured minus simulated of all channels, then the priors' pulls [-]."""
+        parts = []
+        predicted = self.predict(x)
+        for prepared in self.problem.records:
+            for sensor in prepared.sensors:
+                key = prepared.name, sensor.channel.name
+                gap = sensor.values - predicted[key]
+                gap = np.where(np.isfinite(gap), gap, 1e6 * (1 + np.max(np.abs(sensor.values))))
+                parts.append(self._cut(prepared, sensor, self.noises[key].whiten(gap)))
+        return np.concatenate([*parts, self._prior_pull(x)])
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """Derivative of `residual`, exact, shape (residuals, entries)."""
+        blocks = []
+        for prepared in self.problem.records:
+            columns = self.sensitivity(prepared, x)
+            for index, sensor in enumerate(prepared.sensors):
+                noise = self.noises[prepared.name, sensor.channel.name]
+                block = -noise.whiten(_sample(sensor, columns[index]))
+                blocks.append(self._cut(prepared, sensor, block))
+        return np.concatenate([*blocks, np.diag(self._prior_rate())[self._has_prior]])
+
+    def sensitivity(self, prepared: Prepared, x: np.ndarray) -> list[np.ndarray]:
+        """Derivative of each sensor's grid by x, one array (padded, entries) a sensor."""
+        plant, links = self.plant(prepared), self.links(prepared)
+        lanes = -(-max(len(links), 1) // LANES) * LANES
+        directions = np.zeros((lanes, plant.size))
+        for lane, (i, at) in enumerate(links):
+            directions[lane, at] = self.scale[i]
+        z = jnp.asarray(self.vector(prepared, x))
+        arguments = self.arguments(prepared)
+        substeps = self.substeps(prepared)
+        moved = np.asarray(tangents(plant, substeps, z, jnp.asarray(directions), *arguments))
+        moved = np.where(np.isfinite(moved), moved, 0.0)
+        where = [i for i, _ in links]
+        found = []
+        for index in range(len(prepared.sensors)):
+            columns = np.zeros((moved.shape[1], len(self.entries)))
+            columns[:, where] = moved[: len(links), :, index].T
+            found.append(columns)
+        return found
+
+    def _cut(self, prepared: Prepared, sensor: Sensor, block: np.ndarray) -> np.ndarray:
+        if not np.isfinite(self.horizon):
+            return block
+        seconds = self.horizon / max(prepared.frequency, 1e-9)
+        late = sensor.times > max(seconds, 24 * prepared.step)
+        shape = (-1,) + (1,) * (block.ndim - 1)
+        return np.where(late.reshape(shape), 0.0, block)
+
+    @cached_property
+    def _has_prior(self) -> np.ndarray:
+        return np.array([np.isfinite(entry.prior) for entry in self.entries], dtype=bool)
+
+    def _prior_rate(self) -> np.ndarray:
+        return np.array([entry.scale / entry.prior for entry in self.entries])
+
+    def _prior_pull(self, x: np.ndarray) -> np.ndarray:
+        center = np.array([entry.center / entry.scale for entry in self.entries])
+        return ((x - center) * self._prior_rate())[self._has_prior]
+
+
+def _sample(sensor: Sensor, grid: np.ndarray) -> np.ndarray:
+    if sensor.sampling is not None:
+        return sensor.sampling @ grid
+    return grid[: len(sensor.values)]
+
+
+def base_entries(problem: Problem) -> tuple[Entry, ...]:
+    """Entries of the rig's free numbers and of every record's nuisances [SI]."""
+    found = list(rig_entries(problem.rig.parameters, problem.records))
+    found += drive_entries(problem.records)
+    for prepared in problem.records:
+        found += day_entries(problem.rig.parameters, prepared)
+        found += nuisance_entries(problem.mechanism, problem.numbers, prepared)
+    return tuple(found)
+
+
+def rough_noise(problem: Problem) -> dict[Key, Noise]:
+    """White noise of a hundredth of each channel's range: weights before anything is known."""
+    return {
+        (p.name, s.channel.name): Noise((), max(0.01 * float(np.ptp(s.values)), 1e-300))
+        for p in problem.records
+        for s in p.sensors
+    }
+
+
+def opening_model(model: Model) -> Model:
+    """The model on those first parts of the records that tell their start states."""
+    records = tuple(opening(prepared) for prepared in model.problem.records)
+    trust = {(p.name, s.channel.name): trust_of(s.values) for p in records for s in p.sensors}
+    return replace(model, problem=replace(model.problem, records=records), noises=trust)

@@ -1,0 +1,335 @@
+"""A diagnosis in words and in the contract's JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .diagnose import Diagnosis, Trial
+from .evidence import effective_samples, excess, explained
+from .extend import HeldOut
+from .fit import Fit
+from .identifiable import identifiability
+from .screen import Candidate
+
+NORMAL_95 = 1.959964
+
+
+def amount(value: float, std: float, unit: str) -> str:
+    """A number with its error as a reader wants it: ``0.42 ± 0.03 N m`` in the given unit."""
+    unit = "" if unit in ("1", "") else f" {unit}"
+    if not np.isfinite(std) or std <= 0:
+        return f"{value:.4g}{unit}"
+    digits = int(np.floor(np.log10(std)))
+    if -5 < digits < 5 and abs(value) < 1e6:
+        places = max(0, 1 - digits) if std < 10.0 ** (digits) * 2 else max(0, -digits)
+        return f"{value:.{places}f} ± {std:.{places}f}{unit}"
+    figures = int(np.clip(np.floor(np.log10(max(abs(value), std))) - digits + 2, 2, 8))
+    return f"{value:.{figures}g} ± {std:.2g}{unit}"
+
+
+def cause_json(trial: Trial, fit: Fit, probability: float) -> dict[str, Any]:
+    """One accepted cause with its strength in `fit` [SI]."""
+    candidate = trial.candidate
+    law, entry = candidate.law, candidate.entry
+    index = fit.index(entry.label)
+    value, std = fit.value(index), fit.std(index)
+    mechanism = fit.problem.mechanism
+    rotation = candidate.place in mechanism.law_places() and mechanism.turns(candidate.place)
+    return {
+        "law": law.name,
+        "place": candidate.place,
+        "probability": probability,
+        "parameters": {law.symbol_at(rotation): _interval(value, std, entry.low, entry.unit)},
+        "delta_bic": trial.delta_bic,
+        "score_p_value": max(candidate.p_value, 1e-300),
+        "formula": law.formula,
+        "cure": law.cure,
+        "source": law.source,
+        "sentence": law.sentence.format(
+            place=candidate.place, value=amount(value, std, entry.unit)
+        ),
+    }
+
+
+def _interval(value: float, std: float, low: float, unit: str) -> dict[str, Any]:
+    return {
+        "value": value,
+        "std": std,
+        "low": max(value - NORMAL_95 * std, low),
+        "high": value + NORMAL_95 * std,
+        "unit": unit,
+    }
+
+
+def probabilities(diagnosis: Diagnosis) -> dict[str, float]:
+    """Share of each refitted law among all that were refitted and no law at all [-].
+
+    By BIC, halved for the number of laws tried; laws that were never refitted get none.
+    """
+    count = max(len(diagnosis.candidates), 1)
+    found: dict[str, float] = {}
+    for stage in range(len(diagnosis.stages)):
+        accepted = diagnosis.accepted[stage] if stage < len(diagnosis.accepted) else None
+        if accepted is None:
+            continue
+        others = [t for t in diagnosis.trials if t.candidate.name != accepted.candidate.name]
+        rivals = [t.delta_bic for t in others if t.fit.model.causes[:-1] == _before(accepted)]
+        best = accepted.delta_bic
+        weights = [1.0, count * np.exp(-0.5 * min(best, 700.0))]
+        weights += [float(np.exp(0.5 * min(r - best, 0.0))) for r in rivals]
+        found[accepted.candidate.name] = float(1.0 / np.sum(weights))
+    return found
+
+
+def _before(trial: Trial) -> tuple:
+    return trial.fit.model.causes[:-1]
+
+
+def sentence_of(diagnosis: Diagnosis) -> str:
+    """What is wrong, in one sentence, with strengths in SI units."""
+    base, final = diagnosis.base, diagnosis.final
+    if diagnosis.status == "adequate":
+        return (
+            "The model explains these records to within their noise; nothing that is missing shows."
+        )
+    told = []
+    for trial in diagnosis.accepted:
+        told.append(cause_json(trial, final, 1.0)["sentence"])
+    if diagnosis.status == "named":
+        return " ".join(told)
+    if diagnosis.status == "ambiguous":
+        names = [t.candidate.name for t in (*diagnosis.accepted[-1:], *diagnosis.rivals)]
+        return (
+            f"These records cannot tell {' from '.join(names)}; each explains them as well. "
+            + " ".join(told)
+        )
+    place = diagnosis.candidates[0].place if diagnosis.candidates else "the model"
+    left = np.sqrt(1.0 + excess(final))
+    guess = f" Best guess: {' '.join(told)}" if told else ""
+    start = np.sqrt(1.0 + excess(base))
+    return (
+        f"Something is missing that no law of the library explains, most likely at {place}: the "
+        f"misfit is {left:.2g} times the noise ({start:.2g} times before).{guess}"
+    )
+
+
+def why_of(diagnosis: Diagnosis) -> list[str]:
+    """The evidence in a few sentences [-]."""
+    base, final = diagnosis.base, diagnosis.final
+    noise = noise_json(final)
+    said = [
+        f"Noise chosen first: {noise['law']}; without any law the residual has "
+        f"{1.0 + excess(base):.3g} times its power, with {len(diagnosis.accepted)} law(s) "
+        f"{1.0 + excess(final):.3g} times."
+    ]
+    if diagnosis.accepted:
+        share = explained(base, final)
+        said.append(f"The law(s) explain {100 * share:.1f} % of the misfit beyond the noise.")
+        first = diagnosis.accepted[0]
+        said.append(
+            f"{first.candidate.name} was first of {len(diagnosis.candidates)} tried: BIC falls by "
+            f"{first.delta_bic:.0f} on {effective_samples(first.fit):.0f} independent samples."
+        )
+    for trial in diagnosis.trials:
+        if trial.verdict.startswith("refused"):
+            said.append(f"{trial.candidate.name} {trial.verdict}.")
+    return said[:6]
+
+
+def next_of(diagnosis: Diagnosis) -> str:
+    """What to do next, in words."""
+    if diagnosis.status == "adequate":
+        return "Use the constants. To look for weaker effects, record at another amplitude."
+    if diagnosis.status == "ambiguous":
+        return "Record the same test at clearly smaller and larger amplitude: there the laws part."
+    if diagnosis.status == "unknown":
+        return (
+            "Add a sensor next to the place, or a test that moves it alone; look at the residual "
+            "against displacement and velocity below."
+        )
+    cures = [trial.candidate.law.cure for trial in diagnosis.accepted]
+    return " ".join(dict.fromkeys(cures))
+
+
+def noise_json(fit: Fit) -> dict[str, Any]:
+    """The most common noise law over the channels with median numbers [-]."""
+    laws = [noise.law for noise in fit.problem.floor.values()]
+    law = max(sorted(set(laws)), key=laws.count) if laws else "white"
+    chosen = [noise for noise in fit.problem.floor.values() if noise.law == law]
+    numbers: dict[str, float] = {}
+    if chosen:
+        numbers["std"] = float(np.median([noise.marginal_std for noise in chosen]))
+        names = {"white": (), "ar1": ("rho",), "ar2": ("phi_1", "phi_2")}[law]
+        for index, name in enumerate(names):
+            numbers[name] = float(np.median([noise.coefficients[index] for noise in chosen]))
+    channels = {
+        f"{record}:{channel}": {"law": n.law, "std": n.marginal_std, "phi": list(n.coefficients)}
+        for (record, channel), n in fit.problem.floor.items()
+    }
+    return {"law": law, "parameters": numbers, "channels": channels}
+
+
+def gain_json(before: HeldOut | None, after: HeldOut | None, split: str) -> dict[str, Any]:
+    """The gain on held-out records: errors over the size of what was measured [-]."""
+    if before is None or after is None:
+        return {"records": [], "how": split}
+    floor = min(before.noise_floor, after.noise_floor)
+    reach = before.nrmse**2 - floor**2
+    share = (before.nrmse**2 - after.nrmse**2) / reach if reach > 0 else 0.0
+    errors = {
+        f"{record}:{channel}": {
+            "rms_before": before.errors[record, channel],
+            "rms_after": after.errors[record, channel],
+            "mean_before": before.mean_errors[record, channel],
+            "mean_after": after.mean_errors[record, channel],
+        }
+        for record, channel in before.errors
+    }
+    return {
+        "records": sorted({record for record, _ in before.errors}),
+        "nrmse_before": before.nrmse,
+        "nrmse_after": after.nrmse,
+        "noise_floor": floor,
+        "explained": float(np.clip(share, -1.0, 1.0)),
+        "errors": errors,
+        "how": split,
+    }
+
+
+def parameters_json(before: Fit, after: Fit) -> dict[str, Any]:
+    """The rig's constants before and after, each in its SI unit."""
+    told = identifiability(after)
+    found = {}
+    for i, entry in enumerate(after.model.entries):
+        if entry.nuisance or entry.slot != "numbers":
+            continue
+        value, std = after.value(i), after.std(i)
+        found[entry.label] = {
+            "before": before.value(before.index(entry.label)),
+            "after": value,
+            "std": std,
+            "low": value - NORMAL_95 * std,
+            "high": value + NORMAL_95 * std,
+            "unit": entry.unit,
+            **told[entry.label],
+        }
+    return found
+
+
+def nuisances_json(fit: Fit) -> dict[str, Any]:
+    """Offsets, tolerances and drives' zeros of a fit [SI]; start states are left out."""
+    found = {}
+    for i, entry in enumerate(fit.model.entries):
+        if entry.nuisance and entry.slot != "start":
+            found[entry.label] = {
+                "value": fit.value(i) - entry.center,
+                "std": fit.std(i),
+                "unit": entry.unit,
+                "tolerance": entry.prior,
+            }
+    return found
+
+
+def candidates_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Every law tried in the first screen, the refitted ones with their evidence [-]."""
+    chances = probabilities(diagnosis)
+    best: dict[str, Trial] = {}
+    for trial in diagnosis.trials:
+        best.setdefault(trial.candidate.name, trial)
+    found = []
+    for candidate in diagnosis.candidates:
+        trial = best.get(candidate.name)
+        found.append(
+            {
+                "law": candidate.law.name,
+                "place": candidate.place,
+                "probability": chances.get(candidate.name, 0.0),
+                "delta_bic": trial.delta_bic if trial else _promise(candidate),
+                "refitted": trial is not None,
+                "score_p_value": max(candidate.p_value, 1e-300),
+                "verdict": trial.verdict if trial else "not refitted",
+            }
+        )
+    return sorted(found, key=lambda one: -one["delta_bic"])
+
+
+def _promise(candidate: Candidate) -> float:
+    """What one linear step promises of BIC for a law that was not refitted [-]."""
+    return float(min(candidate.gain, 0.0)) - float(np.log(max(len(candidate.column), 2)))
+
+
+def history_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """The greedy steps: misfit in noise units squared and evidence [-]."""
+    rows = []
+    for index, fit in enumerate(diagnosis.stages):
+        trial = diagnosis.accepted[index - 1] if index else None
+        rows.append(
+            {
+                "law": trial.candidate.law.name if trial else "",
+                "place": trial.candidate.place if trial else "",
+                "reduced_chi2": 1.0 + excess(fit),
+                "bic": fit.cost + len(fit.x) * float(np.log(max(fit.count, 2))),
+                "delta_bic": trial.delta_bic if trial else 0.0,
+            }
+        )
+    return rows
+
+
+def diagnosis_json(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> dict[str, Any]:
+    """The whole contract's ``diagnosis.json``; numbers in the SI units that stand beside them."""
+    base, final = diagnosis.base, diagnosis.final
+    chances = probabilities(diagnosis)
+    causes = [cause_json(t, final, chances.get(t.candidate.name, 0.0)) for t in diagnosis.accepted]
+    for rival in diagnosis.rivals:
+        causes.append(cause_json(rival, rival.fit, 1.0 / (1 + len(diagnosis.rivals))))
+    rig = final.problem.rig
+    channels = {c.name: c.place for p in final.problem.records for c in p.record.channels}
+    held = diagnosis.held_before.fit.problem.records if diagnosis.held_before else ()
+    rows = [(p, "train") for p in final.problem.records] + [(p, "held_out") for p in held]
+    return {
+        "status": diagnosis.status,
+        "cannot_tell": list(diagnosis.cannot_tell),
+        "sentence": sentence_of(diagnosis),
+        "why": why_of(diagnosis),
+        "what_next": next_of(diagnosis),
+        "causes": causes if diagnosis.status in ("named", "ambiguous") else [],
+        "best_guess": causes if diagnosis.status == "unknown" else [],
+        "candidates": candidates_json(diagnosis),
+        "confusable": [
+            {"a": first, "b": second, "alikeness": alike}
+            for first, second, alike in diagnosis.confusable
+        ],
+        "misfit": {
+            "before": {"reduced_chi2": 1.0 + excess(base), "whiteness_p": diagnosis.whiteness[0]},
+            "after": {"reduced_chi2": 1.0 + excess(final), "whiteness_p": diagnosis.whiteness[1]},
+        },
+        "noise": noise_json(final),
+        "gain": gain_json(diagnosis.held_before, diagnosis.held_after, diagnosis.split),
+        "parameters": parameters_json(base, final),
+        "nuisances": nuisances_json(final),
+        "decision": {"best_before": {}, "best_after": {}, "loss_if_ignored": {}},
+        "history": history_json(diagnosis),
+        "missing_force": None,
+        "records": [
+            {
+                "name": p.name,
+                "split": split,
+                "test": p.record.test,
+                "n_samples": p.count,
+                "sample_rate": 1.0 / p.step,
+                "window": p.reason,
+            }
+            for p, split in rows
+        ],
+        "rig": {
+            "kind": rig.kind,
+            "motion": rig.motion,
+            "masses": list(rig.masses),
+            "links": {name: list(ends) for name, ends in rig.links.items()},
+            "channels": channels,
+        },
+        "provenance": dict(provenance),
+    }

@@ -1,0 +1,1 @@
+"""The robot: parameters, energies, laws, drives, sensors and exact responses; physics only."""

@@ -1,0 +1,139 @@
+"""A law is what a model may lack; it adds to a mechanism at a place, and is nothing at its null."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Scales:
+    """How large motions and forces are at a place, from which natural strengths are made.
+
+    Attributes:
+        stretch: root mean square of the stretch or displacement [m or rad].
+        rate: root mean square of its rate [m/s or rad/s].
+        force: size of the forces that act there [N or N m].
+        stiffness: stiffness of the place [N/m or N m/rad].
+        time: one radian of the place's main oscillation [s].
+    """
+
+    stretch: float
+    rate: float
+    force: float
+    stiffness: float
+    time: float
+
+
+@dataclass(frozen=True)
+class Place:
+    """What a law's force may ask about the place where it acts; arrays over the place's rows.
+
+    Attributes:
+        stiffness: of the place [N/m or N m/rad].
+        damping: of the place [N s/m or N m s/rad].
+        stretch_width: width over which a corner in the stretch is rounded [m or rad].
+        rate_width: width over which a corner in the rate is rounded [m/s or rad/s].
+    """
+
+    stiffness: Any
+    damping: Any
+    stretch_width: Any
+    rate_width: Any
+
+
+@dataclass(frozen=True)
+class Law:
+    """One cause that a model may lack.
+
+    Attributes:
+        name: the contract's name.
+        kind: where it acts: ``link``, ``mass``, ``response`` (a measured channel) or ``channel``
+            (a measured channel or a drive's).
+        symbol: name of its strength in results, such as ``torque`` or ``gap``.
+        dimension: exponents of force, length and time in the strength's unit [-].
+        force: ``force(strength, stretch, rate, place)``, the force that resists the stretch
+            [N or N m]; ``None`` for a law of a sensor.
+        slot: for a law of a sensor, which number of the channel it moves: offset or delay.
+        natural: strength [in its unit] that matters for motions of the given scales.
+        signed: whether the strength may be negative.
+        dissipative: whether it can only take energy away.
+        rotation: True or False where it makes sense for angles or for displacements only.
+        replaces: the rig's own number that says the same (``stiffness`` or ``damping``): the law
+            is not tried where a fit already varies that number.
+        formula: the equation, for the report.
+        sentence: what it means, for the report; ``{place}``, ``{value}`` are filled in.
+        cure: what an engineer would try.
+        source: where the formula comes from.
+    """
+
+    name: str
+    kind: str
+    symbol: str
+    dimension: tuple[int, int, int]
+    natural: Callable[[Scales], float]
+    formula: str
+    sentence: str
+    cure: str
+    source: str
+    force: Callable[[Any, Any, Any, Place], Any] | None = None
+    slot: str = ""
+    signed: bool = True
+    dissipative: bool = False
+    rotation: bool | None = None
+    replaces: str = ""
+
+    def symbol_at(self, rotation: bool) -> str:
+        """Name of the strength [-] at a place that turns or moves."""
+        return "torque" if rotation and self.symbol == "force" else self.symbol
+
+    def unit(self, rotation: bool, channel_unit: str = "") -> str:
+        """SI unit of the strength as text, for displacements or for angles.
+
+        Args:
+            rotation: whether the place turns (N m, rad) or moves (N, m).
+            channel_unit: unit of the channel, for laws of a sensor.
+
+        Returns:
+            The unit, such as ``N m s^2/rad^2`` [-].
+        """
+        if self.slot == "offset":
+            return channel_unit
+        force, length, time = self.dimension
+        top, bottom = [], []
+        parts = (
+            ("N m" if rotation else "N", force),
+            ("s", time),
+            ("rad" if rotation else "m", length),
+        )
+        for symbol, power in parts:
+            if power:
+                text = symbol if abs(power) == 1 else f"{symbol}^{abs(power)}"
+                (top if power > 0 else bottom).append(text)
+        return " ".join(top or ["1"]) + ("/" + " ".join(bottom) if bottom else "")
+
+
+@cache
+def library() -> dict[str, Law]:
+    """Every law of the house by name, found by looking into ``model/laws``; one file, one law."""
+    from . import laws
+
+    found: dict[str, Law] = {}
+    for module in sorted(pkgutil.iter_modules(laws.__path__), key=lambda item: item.name):
+        law = importlib.import_module(f"{laws.__name__}.{module.name}").LAW
+        found[law.name] = law
+    return found
+
+
+@cache
+def force_laws(kind: str, rotation: bool) -> tuple[Law, ...]:
+    """Laws that act by a force at places of this kind, in the order of the parameter vector."""
+    return tuple(
+        law
+        for law in library().values()
+        if law.force is not None and law.kind == kind and law.rotation in (None, rotation)
+    )

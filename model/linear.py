@@ -1,0 +1,398 @@
+"""The linear part of a mechanism: state space, exact discretization, modes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.scipy.linalg import expm
+
+from .chain import DERIVATIVES, FORCES, GROUND, Chain
+from .energies import Rows, damping_matrix, mass_matrix, stiffness_matrix
+
+Array = jax.Array
+
+
+class Mechanism(Protocol):
+    """What a chain and a robot have in common; rows and forces carry SI units [m, rad, N]."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of its numbers, each in its SI unit."""
+        ...
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of its generalized coordinates [m or rad]."""
+        ...
+
+    def turns(self, place: str) -> bool:
+        """Whether a place turns [rad] rather than moves [m]."""
+        ...
+
+    def law_places(self) -> dict[str, str]:
+        """Where a law can act, and of what kind the place is."""
+        ...
+
+    def rows(self, p: Mapping[str, Any], xp: Any = ...) -> Rows:
+        """Rows of the energies [SI]."""
+        ...
+
+    def place_rows(self, place: str, p: Mapping[str, Any], xp: Any = ...) -> tuple[Any, Any, Any]:
+        """Stretch rows, stiffness and damping of a place [SI]."""
+        ...
+
+    def force_row(self, place: str, p: Mapping[str, Any], xp: Any = ...) -> Any:
+        """Generalized force of a unit force or torque at a place [1 or m]."""
+        ...
+
+    def sensor_row(self, place: str, quantity: str, frame: str, p: Any, xp: Any = ...) -> Any:
+        """Row of a sensor over coordinates and ground [SI]."""
+        ...
+
+
+@dataclass(frozen=True)
+class Port:
+    """Where something acts on a mechanism or is seen of it.
+
+    Attributes:
+        place: the contract's place.
+        quantity: the contract's quantity.
+        frame: ``absolute`` or ``collet``; for sensors.
+        held: whether an input stays constant between samples instead of linear.
+    """
+
+    place: str
+    quantity: str
+    frame: str = "absolute"
+    held: bool = False
+
+
+@dataclass(frozen=True)
+class StateSpace:
+    """``x' = A x + B w``, ``y = C x + D w`` with x = (q, v, ground) and w = (inputs, law forces).
+
+    Attributes:
+        a: shape (states, states) [SI unit of the state a second and a unit of the state].
+        b: shape (states, inputs + law rows) [SI unit of the state a second and a unit of w].
+        c: shape (sensors, states) [SI unit of the sensor a unit of the state].
+        d: shape (sensors, inputs + law rows) [SI unit of the sensor a unit of w].
+        stretch: shape (law rows, states): stretch of each law row [m or rad].
+        rate: shape (law rows, states): its rate [m/s or rad/s].
+        rate_input: shape (law rows, inputs): what a moving ground adds to the rate [1].
+        stiffness: shape (law rows,) [N/m or N m/rad].
+        damping: shape (law rows,) [N s/m or N m s/rad].
+    """
+
+    a: Array
+    b: Array
+    c: Array
+    d: Array
+    stretch: Array
+    rate: Array
+    rate_input: Array
+    stiffness: Array
+    damping: Array
+
+
+def ground_quantity(inputs: tuple[Port, ...]) -> str:
+    """How the ground is driven: position, velocity, acceleration, or ``""`` where it rests [-].
+
+    Raises:
+        ValueError: where two channels drive the ground.
+    """
+    kinds = [port.quantity for port in inputs if port.quantity not in FORCES]
+    if len(kinds) > 1:
+        raise ValueError(
+            f"inputs: expected at most one motion of the ground, found {len(kinds)}. "
+            "Mend: give one of them role = 'response'."
+        )
+    return {0: "position", 1: "velocity", 2: "acceleration"}[DERIVATIVES[kinds[0]]] if kinds else ""
+
+
+def state_space(
+    mechanism: Mechanism,
+    p: Mapping[str, Any],
+    inputs: tuple[Port, ...] = (),
+    sensors: tuple[Port, ...] = (),
+    law_places: tuple[str, ...] = (),
+) -> StateSpace:
+    """State space of the linear mechanism, with ports for inputs, sensors and laws.
+
+    A ground moved by position or velocity is a state driven by its rate; one moved by
+    acceleration is two states.
+
+    Args:
+        mechanism: chain or robot.
+        p: its numbers by name [SI].
+        inputs: forces, torques and at most one motion of the ground.
+        sensors: what is measured.
+        law_places: places where laws act.
+
+    Returns:
+        The matrices, differentiable in `p`.
+
+    Raises:
+        ValueError: for a motion given to what cannot be moved, or a sensor that would need a
+            derivative of the ground's motion which its drive does not have.
+
+    Source: Lagrange's equations of the energies; tests/model/test_respond.py.
+    """
+    rows = mechanism.rows(p)
+    n = len(mechanism.coordinates)
+    inverse = jnp.linalg.inv(mass_matrix(rows)[:n, :n])
+    stiffness, damping = stiffness_matrix(rows)[:n], damping_matrix(rows)[:n]
+    ground = ground_quantity(inputs)
+    _check_ground(mechanism, p, inputs, sensors)
+    extra = {"": 0, "position": 1, "velocity": 1, "acceleration": 2}[ground]
+    places = [mechanism.place_rows(place, p) for place in law_places]
+    law_rows = jnp.concatenate([jnp.zeros((0, n + 1))] + [place[0] for place in places])
+    m = law_rows.shape[0]
+    size, width = 2 * n + extra, len(inputs) + m
+    motion = _ground_motion(ground, inputs, size, width)
+    a = jnp.zeros((size, size)).at[:n, n : 2 * n].set(jnp.eye(n))
+    b = jnp.zeros((size, width))
+    a = a.at[n : 2 * n, :n].set(-inverse @ stiffness[:, :n])
+    a = a.at[n : 2 * n, n : 2 * n].set(-inverse @ damping[:, :n])
+    push = -(inverse @ stiffness[:, n])[:, None], -(inverse @ damping[:, n])[:, None]
+    a = a.at[n : 2 * n].add(push[0] * motion.position[0] + push[1] * motion.velocity[0])
+    b = b.at[n : 2 * n].add(push[0] * motion.position[1] + push[1] * motion.velocity[1])
+    a, b = a + motion.a, b + motion.b
+    for index, port in enumerate(inputs):
+        if port.quantity in FORCES:
+            row = mechanism.force_row(port.place, p)
+            b = b.at[n : 2 * n, index].add(inverse @ row)
+    b = b.at[n : 2 * n, len(inputs) :].set(-inverse @ law_rows[:, :n].T)
+    pad = jnp.zeros((m, size))
+    stretch = pad.at[:, :n].set(law_rows[:, :n]) + law_rows[:, n:] * motion.position[0]
+    rate = pad.at[:, n : 2 * n].set(law_rows[:, :n]) + law_rows[:, n:] * motion.velocity[0]
+    rate_input = (law_rows[:, n:] * motion.velocity[1])[:, : len(inputs)]
+    c, d = [], []
+    for port in sensors:
+        row = mechanism.sensor_row(port.place, port.quantity, port.frame, p)
+        order = DERIVATIVES[port.quantity]
+        state, feed = _sensor(row, order, n, a, b, motion)
+        c.append(state)
+        d.append(feed)
+    outputs = (
+        jnp.stack(c) if c else jnp.zeros((0, size)),
+        jnp.stack(d) if d else jnp.zeros((0, width)),
+    )
+    k = jnp.concatenate([jnp.zeros(0)] + [place[1] for place in places])
+    g = jnp.concatenate([jnp.zeros(0)] + [place[2] for place in places])
+    return StateSpace(a, b, *outputs, stretch, rate, rate_input, k, g)
+
+
+def _check_ground(
+    mechanism: Mechanism, p: Mapping[str, Any], inputs: tuple[Port, ...], sensors: tuple[Port, ...]
+) -> None:
+    """Refuse a prescribed motion that the equations would not see."""
+    for port in inputs:
+        if port.quantity in FORCES:
+            continue
+        if not isinstance(mechanism, Chain) or port.place not in (GROUND, "base"):
+            raise ValueError(
+                f"inputs: expected a force or torque, or a motion of a chain's ground, found "
+                f"quantity = {port.quantity!r} at place = {port.place!r}. Mend: give that channel "
+                "role = 'response', or name place = 'ground'."
+            )
+        for sensor in sensors:
+            row = mechanism.sensor_row(sensor.place, sensor.quantity, sensor.frame, p, np)
+            known = max(DERIVATIVES[port.quantity], 1)
+            if row[-1] != 0 and DERIVATIVES[sensor.quantity] > known:
+                raise ValueError(
+                    f"sensor at {sensor.place!r}: expected a quantity that the ground's "
+                    f"{port.quantity} tells, found {sensor.quantity!r}. Mend: drive the ground "
+                    "by its acceleration, or leave that channel out."
+                )
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """Ground's position, velocity and acceleration as (rows over states, rows over w)."""
+
+    a: Array
+    b: Array
+    position: tuple[Array, Array]
+    velocity: tuple[Array, Array]
+    acceleration: tuple[Array, Array]
+
+
+def _ground_motion(ground: str, inputs: tuple[Port, ...], size: int, width: int) -> _Motion:
+    a, b = np.zeros((size, size)), np.zeros((size, width))
+    zero = (np.zeros(size), np.zeros(width))
+    position, velocity, acceleration = [(x.copy(), w.copy()) for x, w in (zero,) * 3]
+    if ground:
+        index = next(i for i, port in enumerate(inputs) if port.quantity not in FORCES)
+        if ground == "acceleration":
+            a[size - 2, size - 1] = 1.0
+            b[size - 1, index] = 1.0
+            position[0][size - 2] = velocity[0][size - 1] = acceleration[1][index] = 1.0
+        else:
+            b[size - 1, index] = 1.0
+            position[0][size - 1] = velocity[1][index] = 1.0
+    return _Motion(
+        jnp.asarray(a),
+        jnp.asarray(b),
+        (jnp.asarray(position[0]), jnp.asarray(position[1])),
+        (jnp.asarray(velocity[0]), jnp.asarray(velocity[1])),
+        (jnp.asarray(acceleration[0]), jnp.asarray(acceleration[1])),
+    )
+
+
+def _sensor(
+    row: Array, order: int, n: int, a: Array, b: Array, motion: _Motion
+) -> tuple[Array, Array]:
+    size, width = a.shape[0], b.shape[1]
+    own, ground = row[:n], row[n]
+    if order == 2:
+        state, feed = own @ a[n : 2 * n], own @ b[n : 2 * n]
+        moved = motion.acceleration
+    else:
+        start = order * n
+        state = jnp.zeros(size).at[start : start + n].set(own)
+        feed = jnp.zeros(width)
+        moved = motion.position if order == 0 else motion.velocity
+    return state + ground * moved[0], feed + ground * moved[1]
+
+
+def discretize(a: Array, b: Array, step: Any, orders: int = 3) -> tuple[Array, list[Array]]:
+    """Exact transition over `step` for inputs that are polynomials in time.
+
+    Args:
+        a: shape (states, states) [SI unit of the state a second and a unit of the state].
+        b: shape (states, inputs) [SI unit of the state a second and a unit of the input].
+        step: time step h [s].
+        orders: how many powers of time.
+
+    Returns:
+        ``exp(A h)`` and, for j < orders, the integrals of ``exp(A (h - s)) s^j / j! B`` over the
+        step, each of shape (states, inputs).
+
+    Source: Van Loan 1978, doi:10.1109/TAC.1978.1101743, in scaled states and time, which keeps
+    ten digits more in stiff sleeves; tests/model/test_linear.py.
+    """
+    n, m = b.shape
+    size = n + orders * m
+    scale = _balance(a)
+    own = a / scale[:, None] * scale * step
+    push = b / scale[:, None] * step
+    largest = jax.lax.stop_gradient(jnp.max(jnp.abs(push), axis=0, initial=0.0))
+    unit = jnp.where(largest > 0, largest, 1.0)
+    block = jnp.zeros((size, size)).at[:n, :n].set(own).at[:n, n : n + m].set(push / unit)
+    for j in range(orders - 1):
+        low = n + j * m
+        block = block.at[low : low + m, low + m : low + 2 * m].set(jnp.eye(m))
+    whole = scale[:, None] * expm(block, max_squarings=40)[:n]
+    parts = [whole[:, n + j * m : n + (j + 1) * m] * unit * step**j for j in range(orders)]
+    return whole[:, :n] / scale, parts
+
+
+def _balance(matrix: Array) -> Array:
+    """Scales of the states that make each row as large as its column: squaring loses no digits.
+
+    Source: Osborne 1960, doi:10.1145/321043.321048, in powers of two and without derivatives.
+    """
+    size = matrix.shape[0]
+    bare = jax.lax.stop_gradient(jnp.abs(matrix)) * (1.0 - jnp.eye(size))
+
+    def sweep(_: int, scale: Array) -> Array:
+        now = bare / scale[:, None] * scale
+        row, column = now.sum(axis=1), now.sum(axis=0)
+        whole = (row > 0) & (column > 0)
+        ratio = jnp.where(whole, row, 1.0) / jnp.where(whole, column, 1.0)
+        return scale * ratio**0.25
+
+    return jnp.exp2(jnp.round(jnp.log2(jax.lax.fori_loop(0, 12, sweep, jnp.ones(size)))))
+
+
+@dataclass(frozen=True)
+class Step:
+    """Matrices of one step, from the values at its start to its middle and its end.
+
+    Attributes:
+        free: transition of the state to (middle, end), each (states, states) [SI units of the
+            states' ratios].
+        nodes: effect of w at (start, middle, end) on the state at (middle, end), 2 x 3 matrices
+            [SI unit of the state a unit of w].
+    """
+
+    free: tuple[Array, Array]
+    nodes: tuple[tuple[Array, Array, Array], tuple[Array, Array, Array]]
+
+
+def make_step(space: StateSpace, step: Any) -> Step:
+    """Exact step for inputs that are quadratic in time through start, middle and end.
+
+    Args:
+        space: state space of the linear part.
+        step: h [s].
+
+    Returns:
+        The matrices; exact for piecewise-linear and held inputs, of fourth order in the law
+        forces.
+
+    Source: Lobatto quadrature nodes with exponential weights, Hochbruck and Ostermann 2010,
+    doi:10.1017/S0962492910000048.
+    """
+    free, nodes = [], []
+    for part in (0.5, 1.0):
+        transition, psi = discretize(space.a, space.b, part * step)
+        first, second = psi[1] / step, psi[2] / step**2
+        free.append(transition)
+        nodes.append(
+            (
+                psi[0] - 3 * first + 4 * second,
+                4 * first - 8 * second,
+                4 * second - first,
+            )
+        )
+    return Step((free[0], free[1]), (nodes[0], nodes[1]))
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Oscillating and creeping modes of a linear mechanism.
+
+    Attributes:
+        poles: complex poles, one of each pair, slowest oscillation first [1/s].
+        frequencies: ``|pole| / (2 pi)`` [Hz].
+        damped_frequencies: ``imag(pole) / (2 pi)``; 0 for overdamped modes [Hz].
+        damping_ratios: ``-real(pole) / |pole|`` [-].
+        shapes: displacement part of each mode's vector, shape (coordinates, modes) [m or rad, to
+            a common factor].
+    """
+
+    poles: np.ndarray
+    frequencies: np.ndarray
+    damped_frequencies: np.ndarray
+    damping_ratios: np.ndarray
+    shapes: np.ndarray
+
+
+def modes(mechanism: Mechanism, p: Mapping[str, float]) -> Modes:
+    """Modes of the free, linear mechanism.
+
+    Args:
+        mechanism: chain or robot.
+        p: its numbers by name [SI].
+
+    Returns:
+        Frequencies [Hz], damping ratios [-] and shapes.
+
+    Source: eigenvalues of the state matrix; tests/model/test_linear.py.
+    """
+    n = len(mechanism.coordinates)
+    a = np.asarray(state_space(mechanism, p).a)
+    poles, vectors = np.linalg.eig(a)
+    keep = np.imag(poles) >= 0
+    poles, vectors = poles[keep], vectors[:n, keep]
+    order = np.lexsort((np.abs(poles), np.imag(poles) == 0))
+    poles, vectors = poles[order], vectors[:, order]
+    size, decay, turn = np.abs(poles), -np.real(poles), np.imag(poles)
+    ratio = np.where(size > 0, decay / np.where(size > 0, size, 1.0), 0.0)
+    return Modes(poles, size / (2 * np.pi), turn / (2 * np.pi), ratio, vectors)

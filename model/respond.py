@@ -1,0 +1,434 @@
+"""The response of a mechanism: exact for its linear part, implicit exponential where laws act."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .chain import DERIVATIVES, FORCES
+from .law import Law, Place, force_laws
+from .linear import (
+    Array,
+    Mechanism,
+    Port,
+    StateSpace,
+    Step,
+    ground_quantity,
+    make_step,
+    state_space,
+)
+
+NEWTON_STEPS = 3
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A mechanism with its inputs, its sensors and the places where laws may act.
+
+    A plant is static: everything that varies is in the vector `z`, laid out as numbers of the
+    mechanism, strengths of the laws, start state, offsets of inputs, offsets, errors of
+    gain and delays of sensors; each in SI units.
+
+    Attributes:
+        mechanism: chain or robot.
+        inputs: ports of the sampled inputs.
+        sensors: ports of the sensors.
+        law_places: places with laws; every law that fits a place has a slot there, null at 0.
+    """
+
+    mechanism: Mechanism
+    inputs: tuple[Port, ...]
+    sensors: tuple[Port, ...]
+    law_places: tuple[str, ...] = ()
+
+    @cached_property
+    def laws(self) -> tuple[tuple[str, Law], ...]:
+        """Each (place, law) that has a strength in `z`, in order."""
+        kinds = self.mechanism.law_places()
+        return tuple(
+            (place, law)
+            for place in self.law_places
+            for law in force_laws(kinds[place], self.mechanism.turns(place))
+        )
+
+    @cached_property
+    def slots(self) -> dict[str, slice]:
+        """Where each part of `z` lies: numbers, strengths, start, drive, offset, gain, delay."""
+        sizes = {
+            "numbers": len(self.mechanism.names),
+            "strengths": len(self.laws),
+            "start": self.n_states,
+            "drive": len(self.inputs),
+            "offset": len(self.sensors),
+            "gain": len(self.sensors),
+            "delay": len(self.sensors),
+        }
+        ends = np.cumsum(list(sizes.values()))
+        return {
+            name: slice(int(end) - size, int(end))
+            for (name, size), end in zip(sizes.items(), ends, strict=True)
+        }
+
+    @property
+    def n_states(self) -> int:
+        """Positions, velocities and the motion of the ground [-]."""
+        extra = {"": 0, "position": 1, "velocity": 1, "acceleration": 2}
+        return 2 * len(self.mechanism.coordinates) + extra[ground_quantity(self.inputs)]
+
+    @property
+    def size(self) -> int:
+        """Length of `z` [-]."""
+        return self.slots["delay"].stop
+
+    def numbers(self, z: Array) -> dict[str, Array]:
+        """The mechanism's numbers by name [SI] out of `z`."""
+        names = self.mechanism.names
+        return dict(zip(names, z[self.slots["numbers"]], strict=True))
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def simulate(
+    plant: Plant,
+    substeps: int,
+    z: Array,
+    inputs: Array,
+    step: Array,
+    widths: Array,
+) -> Array:
+    """Samples of every sensor.
+
+    Args:
+        plant: what is simulated (static).
+        substeps: steps of the integrator a sample; 1 is exact where no law acts (static).
+        z: all that varies, see `Plant` [SI].
+        inputs: sampled inputs, shape (t, inputs) [N, N m, m, ...].
+        step: sampling interval [s].
+        widths: rounding of corners in (stretch, rate) at each law place, shape (places, 2).
+
+    Returns:
+        Shape (t, sensors + 1) [SI]; the last column is what the last Newton step still changed of
+        the law forces [N or N m], a measure of the integrator's success. Where the ground is
+        driven by its position, a sensor that feels the ground's rate reads the mean of the slopes
+        before and after the sample.
+    """
+    states, forces, defect = _march(plant, substeps, z, inputs, step, widths)
+    space = _space(plant, z)
+    drive = inputs + z[plant.slots["drive"]] * _offset_mask(plant)
+    felt = jnp.concatenate([_felt(plant, drive, step), forces], axis=1)
+    outputs = states @ space.c.T + felt @ space.d.T
+    outputs = shift(outputs, z[plant.slots["delay"]] / step) * (1.0 + z[plant.slots["gain"]])
+    outputs = outputs + z[plant.slots["offset"]]
+    return jnp.concatenate([outputs, defect[:, None]], axis=1)
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def tangents(
+    plant: Plant,
+    substeps: int,
+    z: Array,
+    directions: Array,
+    inputs: Array,
+    step: Array,
+    widths: Array,
+) -> Array:
+    """Derivatives of `simulate` along `directions`, exact, forward mode.
+
+    Args:
+        plant: what is simulated (static).
+        substeps: steps a sample (static).
+        z: point [SI].
+        directions: shape (k, size of z).
+        inputs: as for `simulate`.
+        step: sampling interval [s].
+        widths: as for `simulate`.
+
+    Returns:
+        Shape (k, t, sensors) [SI per unit of direction].
+    """
+
+    def along(direction: Array) -> Array:
+        call = partial(simulate, plant, substeps)
+        moved = jax.jvp(lambda x: call(x, inputs, step, widths), (z,), (direction,))[1]
+        return moved[:, :-1]
+
+    return jax.vmap(along)(directions)
+
+
+def state_history(
+    plant: Plant, substeps: int, z: Array, inputs: Array, step: Any, widths: Array
+) -> tuple[np.ndarray, np.ndarray]:
+    """States (t, states) and law forces (t, law rows) of a motion [SI]; see `simulate`."""
+    states, forces, _ = _march_jit(plant, substeps, z, inputs, jnp.asarray(step), widths)
+    return np.asarray(states), np.asarray(forces)
+
+
+def shift(outputs: Array, samples: Array) -> Array:
+    """Delay each column by a number of samples, between samples by a sixth-order polynomial.
+
+    Args:
+        outputs: shape (t, columns) [any].
+        samples: delay of each column in samples, shape (columns,) [1].
+
+    Returns:
+        Shape (t, columns) in the unit of `outputs`; before the first sample its value is held.
+
+    Source: Lagrange interpolation; tests/model/test_respond.py.
+    """
+    count = outputs.shape[0]
+    whole = jax.lax.stop_gradient(jnp.floor(samples))
+    part = samples - whole  # 0 <= part < 1
+    at = jnp.arange(count)[:, None] - whole[None, :].astype(int)
+    total = jnp.zeros_like(outputs)
+    nodes = (-2.0, -1.0, 0.0, 1.0, 2.0, 3.0)  # value wanted at at - part
+    for j in nodes:
+        weight = jnp.ones_like(part)
+        for i in nodes:
+            if i != j:
+                weight = weight * (part - i) / (j - i)
+        index = jnp.clip(at - int(j), 0, count - 1)
+        total = total + weight * jnp.take_along_axis(outputs, index, axis=0)
+    return total
+
+
+def _space(plant: Plant, z: Array) -> StateSpace:
+    numbers = plant.numbers(z)
+    return state_space(plant.mechanism, numbers, plant.inputs, plant.sensors, plant.law_places)
+
+
+def _offset_mask(plant: Plant) -> Array:
+    """An offset of a moving ground's position changes nothing but the start state."""
+    return jnp.asarray([0.0 if DERIVATIVES.get(p.quantity) == 0 else 1.0 for p in plant.inputs])
+
+
+def _interval_values(plant: Plant, drive: Array, step: Array) -> tuple[Array, Array]:
+    """What each input is at the start and at the end of every interval, in the state's terms."""
+    start, end = [], []
+    for index, port in enumerate(plant.inputs):
+        now, then = drive[:-1, index], drive[1:, index]
+        if port.quantity not in FORCES and DERIVATIVES[port.quantity] == 0:
+            now = then = (then - now) / step
+        elif port.held:
+            then = now
+        start.append(now)
+        end.append(then)
+    if not start:
+        empty = jnp.zeros((drive.shape[0] - 1, 0))
+        return empty, empty
+    return jnp.stack(start, axis=1), jnp.stack(end, axis=1)
+
+
+def _felt(plant: Plant, drive: Array, step: Array) -> Array:
+    """Inputs at the samples in the state's terms: of a position its rate, mean of both sides."""
+    columns = list(drive.T)
+    for index, port in enumerate(plant.inputs):
+        if port.quantity not in FORCES and DERIVATIVES[port.quantity] == 0:
+            slope = jnp.diff(drive[:, index]) / step
+            before = jnp.concatenate([slope[:1], slope])
+            columns[index] = 0.5 * (before + jnp.concatenate([slope, slope[-1:]]))
+    return jnp.stack(columns, axis=1) if columns else drive
+
+
+def _rate_jumps(plant: Plant) -> bool:
+    """Whether the ground's rate, which laws feel, jumps from interval to interval."""
+    ground = ground_quantity(plant.inputs)
+    held = any(port.held for port in plant.inputs if port.quantity not in FORCES)
+    return ground == "position" or (ground == "velocity" and held)
+
+
+def _march(
+    plant: Plant, substeps: int, z: Array, inputs: Array, step: Array, widths: Array
+) -> tuple[Array, Array, Array]:
+    space = _space(plant, z)
+    drive = inputs + z[plant.slots["drive"]] * _offset_mask(plant)
+    first, last = _interval_values(plant, drive, step)
+    matrices = make_step(space, step / substeps)
+    x0 = z[plant.slots["start"]]
+    if ground_quantity(plant.inputs) == "position":
+        index = next(i for i, port in enumerate(plant.inputs) if port.quantity not in FORCES)
+        x0 = x0.at[-1].add(inputs[0, index])
+    law = _Laws(plant, space, z, widths)
+    if law.rows == 0:
+        return _march_linear(matrices, x0, first, last, substeps)
+    return _march_laws(law, matrices, x0, first, last, substeps)
+
+
+_march_jit = jax.jit(_march, static_argnums=(0, 1))
+
+
+def _times(matrix: Array, vector: Array) -> Array:
+    """Matrix times vector as a sum that fuses with its neighbours; dot calls would not."""
+    return jnp.sum(matrix * vector[None, :], axis=1)
+
+
+def _march_linear(
+    matrices: Step, x0: Array, first: Array, last: Array, substeps: int
+) -> tuple[Array, Array, Array]:
+    transition = matrices.free[1]
+    if substeps != 1:
+        raise ValueError("a linear motion needs one step a sample; expected substeps = 1")
+    start, middle, end = matrices.nodes[1]
+    forcing = first @ (start + 0.5 * middle).T + last @ (end + 0.5 * middle).T
+
+    def advance(x: Array, push: Array) -> tuple[Array, Array]:
+        new = _times(transition, x) + push
+        return new, new
+
+    _, states = jax.lax.scan(advance, x0, forcing, unroll=8)
+    states = jnp.concatenate([x0[None], states])
+    count = states.shape[0]
+    return states, jnp.zeros((count, 0)), jnp.zeros(count)
+
+
+class _Laws:
+    """Forces of all laws of a plant at one instant, and their slopes."""
+
+    def __init__(self, plant: Plant, space: StateSpace, z: Array, widths: Array) -> None:
+        kinds = plant.mechanism.law_places()
+        strengths = list(z[plant.slots["strengths"]])
+        self.space, self.n_inputs = space, len(plant.inputs)
+        self.jumps = _rate_jumps(plant)
+        self.parts: list[tuple[slice, Law, Array, Place]] = []
+        low = 0
+        rows_of = plant.numbers(z)
+        position = 0
+        for index, place in enumerate(plant.law_places):
+            count = len(plant.mechanism.place_rows(place, rows_of)[1])
+            span = slice(low, low + count)
+            here = Place(
+                space.stiffness[span], space.damping[span], widths[index, 0], widths[index, 1]
+            )
+            for law in force_laws(kinds[place], plant.mechanism.turns(place)):
+                self.parts.append((span, law, strengths[position], here))
+                position += 1
+            low += count
+        self.rows = low
+
+    def force(self, stretch: Array, rate: Array) -> Array:
+        """Force of all laws on each law row [N or N m]; rows are the last axis."""
+        total = jnp.zeros_like(stretch)
+        for span, law, strength, place in self.parts:
+            assert law.force is not None
+            value = law.force(strength, stretch[..., span], rate[..., span], place)
+            if span.stop - span.start == self.rows:
+                total = total + value
+            else:
+                total = total.at[..., span].add(value)
+        return total
+
+    def slopes(self, stretch: Array, rate: Array) -> tuple[Array, Array, Array]:
+        """Force with its derivatives by stretch and by rate; rows do not mix."""
+        one, zero = jnp.ones_like(stretch), jnp.zeros_like(stretch)
+        force, by_stretch = jax.jvp(self.force, (stretch, rate), (one, zero))
+        by_rate = jax.jvp(self.force, (stretch, rate), (zero, one))[1]
+        return force, by_stretch, by_rate
+
+
+def _inverse(matrix: Array) -> Array:
+    """Inverse of a small matrix by unrolled elimination (law matrices are near the identity)."""
+    size = matrix.shape[0]
+    if size == 2:
+        (a, b), (c, d) = (matrix[0, 0], matrix[0, 1]), (matrix[1, 0], matrix[1, 1])
+        return jnp.array([[d, -b], [-c, a]]) / (a * d - b * c)
+    rows = jnp.concatenate([matrix, jnp.eye(size)], axis=1)
+    for pivot in range(size):
+        line = rows[pivot] / rows[pivot, pivot]
+        factor = rows[:, pivot].at[pivot].set(0.0)
+        rows = rows.at[pivot].set(line) - factor[:, None] * line[None, :]
+    return rows[:, size:]
+
+
+def _march_laws(
+    law: _Laws, matrices: Step, x0: Array, first: Array, last: Array, substeps: int
+) -> tuple[Array, Array, Array]:
+    space, n, m = law.space, law.n_inputs, law.rows
+    look = jnp.concatenate([space.stretch, space.rate])
+    to_input = [[node[:, :n] for node in nodes] for nodes in matrices.nodes]
+    to_force = [[node[:, n:] for node in nodes] for nodes in matrices.nodes]
+    # unknown: law forces at middle and end; seen: stretches and rates there
+    see_free = jnp.concatenate([look @ matrices.free[0], look @ matrices.free[1]])
+    see_first = jnp.concatenate([look @ to_force[0][0], look @ to_force[1][0]])
+    see = jnp.concatenate(
+        [jnp.concatenate([look @ to_force[k][1], look @ to_force[k][2]], axis=1) for k in (0, 1)]
+    )
+
+    see_stretch = jnp.stack([see[:m], see[2 * m : 3 * m]])
+    see_rate = jnp.stack([see[m : 2 * m], see[3 * m :]])
+
+    def seen_forces(seen: Array) -> tuple[Array, Array]:
+        """Forces at the unknown nodes, and d(force)/d(seen) times `see`."""
+        nodes = seen.reshape(2, 2, m)
+        force, by_stretch, by_rate = law.slopes(nodes[:, 0], nodes[:, 1])
+        slope = by_stretch[:, :, None] * see_stretch + by_rate[:, :, None] * see_rate
+        return force.reshape(2 * m), slope.reshape(2 * m, 2 * m)
+
+    def seen_at(x: Array, w: Array) -> tuple[Array, Array]:
+        rate = _times(space.rate, x)
+        return _times(space.stretch, x), rate + _times(space.rate_input, w) if n else rate
+
+    eye = jnp.eye(2 * m)
+
+    def solve(base: Array, guess: Array) -> tuple[Array, Array]:
+        hold = jax.lax.stop_gradient
+        f, fixed = hold(guess), hold(base)
+        for _ in range(NEWTON_STEPS - 1):
+            force, slope = seen_forces(fixed + _times(hold(see), f))
+            f = hold(f - _times(_inverse(eye - hold(slope)), f - force))
+        # the last step carries the derivatives: exact by the implicit function theorem
+        force, slope = seen_forces(base + _times(see, f))
+        move = _times(hold(_inverse(eye - slope)), f - force)
+        return f - move, jnp.max(jnp.abs(hold(move)))
+
+    in_first = [start + 0.5 * middle for start, middle, _ in to_input]
+    in_last = [end + 0.5 * middle for _, middle, end in to_input]
+
+    def one(carry: tuple[Array, ...], w: tuple[Array, Array]) -> tuple[Array, ...]:
+        x, f0, guess = carry
+        w0, w1 = w
+        push = [_times(in_first[k], w0) + _times(in_last[k], w1) for k in (0, 1)]
+        moved = jnp.concatenate([_times(look, part) for part in push])
+        carried = jnp.concatenate(
+            [_times(space.rate_input, 0.5 * (w0 + w1)), _times(space.rate_input, w1)]
+        )
+        pad = jnp.zeros(m)
+        moved = moved + jnp.concatenate([pad, carried[:m], pad, carried[m:]])
+        base = _times(see_free, x) + _times(see_first, f0) + moved
+        f, defect = solve(base, guess)
+        new = _times(matrices.free[1], x) + _times(to_force[1][0], f0)
+        new = new + _times(to_force[1][1], f[:m]) + _times(to_force[1][2], f[m:]) + push[1]
+        ahead = jnp.concatenate([3 * f[m:] - 3 * f[:m] + f0, 6 * f[m:] - 8 * f[:m] + 3 * f0])
+        return new, f[m:], ahead, defect
+
+    def advance(carry: tuple[Array, ...], w: tuple[Array, Array]) -> tuple[Any, Any]:
+        w0, w1 = w
+        worst = jnp.zeros(())
+        state = carry
+        if law.jumps:
+            fresh = law.force(*seen_at(carry[0], w0))
+            state = (carry[0], fresh, jnp.concatenate([fresh, fresh]))
+        for k in range(substeps):
+            low = w0 + (w1 - w0) * (k / substeps)
+            high = w0 + (w1 - w0) * ((k + 1) / substeps)
+            *moved, defect = one(state, (low, high))
+            state = tuple(moved)
+            worst = jnp.maximum(worst, defect)
+        return state, (state[0], state[1], worst)
+
+    f0 = law.force(*seen_at(x0, first[0]))
+    carry = (x0, f0, jnp.concatenate([f0, f0]))
+    _, (states, forces, worst) = jax.lax.scan(advance, carry, (first, last))
+    states = jnp.concatenate([x0[None], states])
+    forces = jnp.concatenate([f0[None], forces])
+    return states, forces, jnp.concatenate([jnp.zeros(1), worst])
+
+
+def numbers_vector(plant: Plant, numbers: Mapping[str, float]) -> np.ndarray:
+    """A `z` [SI] with the mechanism's numbers set and everything else at its null."""
+    z = np.zeros(plant.size)
+    z[plant.slots["numbers"]] = [numbers[name] for name in plant.mechanism.names]
+    return z

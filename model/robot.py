@@ -1,0 +1,258 @@
+"""The golf robot: its numbers with unit, bounds and meaning, presets of the thesis, its rows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from .energies import Rows
+from .parameters import Parameter
+
+MODELS = (
+    "fixed_collet",
+    "driven_collet",
+    "pinned_wrist",
+    "driven_wrist",
+    "passive_wrist",
+    "driven_arm",
+)
+"""The six models of the contract; see `MODELS_THAT_WORK` for those that can be simulated now."""
+
+MODELS_THAT_WORK = ("fixed_collet", "pinned_wrist")
+
+PLACES = ("clubhead", "grip", "collet", "wrist", "arm", "hand", "shaft", "sleeve", "base")
+
+
+def _number(
+    name: str, value: float, unit: str, meaning: str, low: float = 0.0, high: float = math.inf
+) -> Parameter:
+    return Parameter(name, value, unit, low, high, meaning=meaning, source="preset robo_v")
+
+
+_ALL = (
+    _number("clubhead_mass", 0.20277, "kg", "mass lumped at the clubhead", 1e-3, 10.0),
+    _number("grip_mass", 0.100, "kg", "mass of the clamped part of the shaft", 1e-3, 10.0),
+    _number("grip_inertia", 5.2083e-4, "kg m^2", "inertia of the grip about its centre", 1e-6, 1.0),
+    _number("collet_inertia", 0.02809, "kg m^2", "inertia of the collet, wrist pivot", 1e-5, 10.0),
+    _number("collet_mass", 1.5, "kg", "mass of the collet", 1e-3, 100.0),
+    _number("collet_centre", 0.10, "m", "wrist pivot to the collet's mass centre", 0.0, 2.0),
+    _number("club_length", 1.090, "m", "butt of the club to the clubhead", 0.1, 3.0),
+    _number("grip_length", 0.250, "m", "length of the grip section", 0.01, 1.0),
+    _number("sleeve_spacing", 0.0490, "m", "distance between the two sets of springs", 1e-3, 1.0),
+    _number("sleeve_offset", 0.1005, "m", "wrist pivot to the upper set of springs", -1.0, 1.0),
+    _number("arm_length", 0.65, "m", "shoulder to wrist", 0.05, 3.0),
+    _number(
+        "shaft_stiffness", 139.0, "N/m", "bending stiffness of the shaft at the head", 1.0, 1e5
+    ),
+    _number("shaft_damping", 0.0807, "N s/m", "damping of the shaft at the head", 0.0, 1e3),
+    _number("sleeve_stiffness", 60e3, "N/m", "stiffness of one of four sleeve elements", 10.0, 1e8),
+    _number("sleeve_damping", 1470.0, "N s/m", "damping of one of four sleeve elements", 0.0, 1e7),
+    _number("sleeve_stiffness_upper", 60e3, "N/m", "stiffness of an upper element", 10.0, 1e8),
+    _number("sleeve_stiffness_lower", 60e3, "N/m", "stiffness of a lower element", 10.0, 1e8),
+    _number("sleeve_damping_upper", 1470.0, "N s/m", "damping of an upper element", 0.0, 1e7),
+    _number("sleeve_damping_lower", 1470.0, "N s/m", "damping of a lower element", 0.0, 1e7),
+    _number("wrist_stiffness", 300.0, "N m/rad", "stiffness of the wrist", 0.0, 1e7),
+    _number("wrist_damping", 15.0, "N m s/rad", "damping of the wrist", 0.0, 1e6),
+)
+
+PARAMETERS: dict[str, Parameter] = {parameter.name: parameter for parameter in _ALL}
+"""Every number a robot's rig may name, with unit, default bounds and meaning."""
+
+_ROBO_V = {
+    name: parameter.value
+    for name, parameter in PARAMETERS.items()
+    if not name.endswith(("_upper", "_lower"))
+}
+
+PRESETS: dict[str, dict[str, float]] = {
+    "robo_v": _ROBO_V,
+    "robo_v_rigid": _ROBO_V | {"sleeve_stiffness": 500e3, "sleeve_damping": 0.0},
+    "robo_v_sleeve_0": _ROBO_V | {"sleeve_stiffness": 172e3, "sleeve_damping": 950.0},
+    "robo_v_sleeve_25": _ROBO_V | {"sleeve_stiffness": 120e3, "sleeve_damping": 3010.0},
+    "robo_v_sleeve_50": _ROBO_V | {"sleeve_stiffness": 60e3, "sleeve_damping": 1470.0},
+}
+"""Named sets of values [SI] calibrated to the thesis (lumped equivalents of lines 1060-1176)."""
+
+STRAIN_PER_BEND = 0.024
+"""Strain of the shaft's gauge for one metre of bend [1/m]; thesis line 1833."""
+
+
+@dataclass(frozen=True)
+class Robot:
+    """Club, grip, sleeve and collet, on a fixed collet or on a sprung, damped wrist.
+
+    Coordinates: collet angle (pinned wrist only) [rad], grip displacement and angle in the
+    collet's frame [m, rad], clubhead displacement in the collet's frame [m].
+
+    Attributes:
+        model: one of `MODELS_THAT_WORK`.
+        names: names of the numbers that it is made of, a subset of `PARAMETERS`.
+
+    Source: thesis eq. 8-10 and 30-37 in their symmetric form; tests/model/test_energies.py.
+    """
+
+    model: str = "fixed_collet"
+    names: tuple[str, ...] = tuple(_ROBO_V)
+
+    def turns(self, place: str) -> bool:
+        """Whether `place` turns [rad] rather than moves [m]."""
+        return place in ("wrist", "collet", "hand")
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the generalized coordinates [m, rad]."""
+        club = ("grip_displacement", "grip_angle", "clubhead_displacement")
+        return club if self.model == "fixed_collet" else ("collet_angle", *club)
+
+    @property
+    def springs(self) -> tuple[str, ...]:
+        """The place of each spring row."""
+        club = ("sleeve", "sleeve", "shaft")
+        return club if self.model == "fixed_collet" else (*club, "wrist")
+
+    def law_places(self) -> dict[str, str]:
+        """Where a law can act: sleeve, shaft and, where there is one, wrist."""
+        return dict.fromkeys(self.springs, "link")
+
+    def rows(self, p: Mapping[str, Any], xp: Any = None) -> Rows:
+        """Rows of the energies; the last column (motion of the ground) is empty.
+
+        Args:
+            p: the robot's numbers by contract name [SI].
+            xp: array namespace, jax.numpy by default.
+
+        Returns:
+            Rows with ``len(coordinates) + 1`` columns; one spring row stands for the two
+            elements of a set.
+        """
+        xp = xp or _jax_numpy()
+        point = _points(p)
+        zero = 0.0 * p["club_length"]
+        bodies = [
+            ([point.grip, 1.0, 0.0, 0.0], p["grip_mass"]),
+            ([1.0, 0.0, 1.0, 0.0], p["grip_inertia"]),
+            ([point.head, 0.0, 0.0, 1.0], p["clubhead_mass"]),
+        ]
+        if self.model != "fixed_collet":
+            bodies.append(([1.0, 0.0, 0.0, 0.0], p["collet_inertia"]))
+        springs = self._springs(p)
+        return Rows(
+            xp.asarray([self._row(row, zero) for row, _ in bodies]),
+            xp.asarray([m for _, m in bodies]),
+            xp.asarray([self._row(row, zero) for _, row, _, _ in springs]),
+            xp.asarray([k for _, _, k, _ in springs]),
+            xp.asarray([c for _, _, _, c in springs]),
+        )
+
+    def place_rows(self, place: str, p: Mapping[str, Any], xp: Any = None) -> tuple[Any, Any, Any]:
+        """Stretch rows of a place with the stiffness and damping that sit there.
+
+        Args:
+            place: sleeve (two rows, one a set of two elements), shaft or wrist.
+            p: the robot's numbers by contract name [SI].
+            xp: array namespace.
+
+        Returns:
+            rows (m, coordinates + 1), stiffness (m,) [N/m or N m/rad], damping (m,) [N s/m or
+            N m s/rad].
+        """
+        xp = xp or _jax_numpy()
+        zero = 0.0 * p["club_length"]
+        here = [spring for spring in self._springs(p) if spring[0] == place]
+        return (
+            xp.asarray([self._row(row, zero) for _, row, _, _ in here]),
+            xp.asarray([k for _, _, k, _ in here]),
+            xp.asarray([c for _, _, _, c in here]),
+        )
+
+    def force_row(self, place: str, p: Mapping[str, Any], xp: Any = None) -> Any:
+        """Generalized force of a unit force (clubhead, grip) or torque (collet, wrist) [1 or m]."""
+        return self.sensor_row(place, "position", "absolute", p, xp)[:-1]
+
+    def sensor_row(self, place: str, quantity: str, frame: str, p: Any, xp: Any = None) -> Any:
+        """Row that turns coordinates into what a sensor at `place` sees, shape (n + 1,).
+
+        Args:
+            place: clubhead, grip, shaft, collet, wrist or hand.
+            quantity: the contract's word; strain and deflection see the bend of the shaft.
+            frame: ``absolute``, or ``collet`` for motion relative to the collet.
+            p: the robot's numbers by contract name [SI].
+            xp: array namespace.
+
+        Returns:
+            The row [1, m or 1/m].
+
+        Raises:
+            ValueError: where that place has no such sensor in this model.
+        """
+        xp = xp or _jax_numpy()
+        point, zero = _points(p), 0.0 * p["club_length"]
+        moving = 1.0 if frame == "absolute" else 0.0
+        if quantity in ("strain", "deflection") and place in ("shaft", "clubhead"):
+            scale = STRAIN_PER_BEND if quantity == "strain" else 1.0
+            row = [0.0, -scale, -scale * point.lever, scale]
+        elif place == "clubhead":
+            row = [moving * point.head, 0.0, 0.0, 1.0]
+        elif place == "grip" and quantity.startswith("ang"):
+            row = [moving, 0.0, 1.0, 0.0]
+        elif place in ("grip", "shaft"):
+            row = [moving * point.grip, 1.0, 0.0, 0.0]
+        elif place in ("collet", "wrist", "hand") and self.model != "fixed_collet":
+            row = [1.0, 0.0, 0.0, 0.0]
+        else:
+            raise ValueError(
+                f"sensor at {place!r}: expected a place that moves in model {self.model!r} "
+                f"(clubhead, grip, shaft), found {place!r} with quantity {quantity!r}. "
+                "Mend: name another place, or a model whose collet turns."
+            )
+        return xp.asarray(self._row(row, zero))
+
+    def _springs(self, p: Mapping[str, Any]) -> list[tuple[str, list[Any], Any, Any]]:
+        half = p["sleeve_spacing"] / 2
+        lever = _points(p).lever
+        springs = [
+            ("sleeve", [0.0, 1.0, -half, 0.0], *_pair(p, "upper")),
+            ("sleeve", [0.0, 1.0, half, 0.0], *_pair(p, "lower")),
+            ("shaft", [0.0, -1.0, -lever, 1.0], p["shaft_stiffness"], p["shaft_damping"]),
+        ]
+        if self.model != "fixed_collet":
+            wrist = [1.0, 0.0, 0.0, 0.0]
+            springs.append(("wrist", wrist, p["wrist_stiffness"], p["wrist_damping"]))
+        return springs
+
+    def _row(self, row: list[Any], zero: Any) -> list[Any]:
+        kept = row[1:] if self.model == "fixed_collet" else row
+        return [value + zero for value in [*kept, 0.0]]
+
+
+@dataclass(frozen=True)
+class _Points:
+    lever: Any  # a: grip centre to clubhead
+    grip: Any  # r: wrist pivot to grip centre
+    head: Any  # R: wrist pivot to clubhead
+
+
+def _points(p: Mapping[str, Any]) -> _Points:
+    lever = p["club_length"] - p["grip_length"] / 2
+    grip = p["sleeve_offset"] + p["sleeve_spacing"] / 2
+    return _Points(lever, grip, grip + lever)
+
+
+def _pair(p: Mapping[str, Any], which: str) -> tuple[Any, Any]:
+    """Stiffness and damping of one set, two elements side by side."""
+    k = p.get(f"sleeve_stiffness_{which}", p.get("sleeve_stiffness"))
+    c = p.get(f"sleeve_damping_{which}", p.get("sleeve_damping"))
+    if k is None or c is None:
+        raise ValueError(
+            f"sleeve ({which} set): expected sleeve_stiffness and sleeve_damping, found neither "
+            f"them nor their _{which} forms. Mend: name them in the rig or choose a preset."
+        )
+    return 2 * k, 2 * c
+
+
+def _jax_numpy() -> Any:
+    import jax.numpy as jnp
+
+    return jnp

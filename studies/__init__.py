@@ -1,0 +1,1 @@
+"""The questions: command line, demo, report and studies."""

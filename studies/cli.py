@@ -1,0 +1,232 @@
+"""The command line: one short function a command, each of which calls into the rooms."""
+
+from __future__ import annotations
+
+import functools
+import json
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any, ParamSpec, cast
+
+import typer
+
+DONE, DEFECT, INPUT_AT_FAULT, NOT_TRUSTED = 0, 1, 2, 3
+"""Exit codes: done; a defect of ours; the input is at fault; computed, but not to be trusted."""
+
+app = typer.Typer(
+    name="supple",
+    help="Find, fit and optimize the compliance between a swing robot and its club.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+Records = Annotated[
+    list[Path], typer.Argument(metavar="RECORD...", help="Sidecars NAME.toml of measured records.")
+]
+RigFile = Annotated[
+    Path | None, typer.Option("--rig", metavar="RIG", help="A rig that overrides the records'.")
+]
+HeldOut = Annotated[
+    list[Path] | None,
+    typer.Option("--held-out", metavar="RECORD", help="A record never to be fitted; repeatable."),
+]
+Out = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Folder for the results; made if new.")
+]
+Seed = Annotated[int, typer.Option("--seed", help="Seed of everything that is drawn by chance.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
+
+_Arguments = ParamSpec("_Arguments")
+
+
+@dataclass(frozen=True)
+class Session:
+    """What the options that all commands share say.
+
+    Attributes:
+        out: folder for the results; None where none is wanted.
+        seed: seed of everything that is drawn by chance [-].
+        json: whether the result goes to standard output as JSON, and nothing else.
+        quiet: whether nothing but errors is printed.
+    """
+
+    out: Path | None
+    seed: int
+    json: bool
+    quiet: bool
+
+    @property
+    def talks(self) -> bool:
+        """Whether tables and sentences are printed."""
+        return not (self.json or self.quiet)
+
+
+def command(function: Callable[_Arguments, None]) -> Callable[_Arguments, None]:
+    """Makes a function a command whose input errors end in one line and exit code 2.
+
+    Args:
+        function: reads its options, calls into the rooms, and ends with `finish`.
+
+    Returns:
+        The guarded function, registered under its name.
+    """
+
+    @functools.wraps(function)
+    def guarded(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> None:
+        try:
+            function(*args, **kwargs)
+        except ValueError as error:
+            typer.echo(" ".join(str(error).split()), err=True)
+            raise typer.Exit(INPUT_AT_FAULT) from None
+
+    return app.command()(guarded)
+
+
+def finish(
+    session: Session,
+    result: Mapping[str, Any],
+    file: str,
+    show: Callable[[Mapping[str, Any]], None],
+    trusted: bool = True,
+) -> None:
+    """Writes and prints a result, and ends the command with its exit code.
+
+    Args:
+        session: the common options.
+        result: tables and numbers that JSON can hold.
+        file: its name in the folder for results.
+        show: prints it for a reader.
+        trusted: whether it converged and can be told from the data; otherwise exit code 3.
+
+    Raises:
+        ValueError: where the folder cannot be written to.
+        typer.Exit: with code 3 for a result that is not to be trusted.
+    """
+    text = json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False)
+    if session.out is not None:
+        from ..model.door import write_beside
+
+        write_beside(session.out / file, text + "\n")
+    if session.json:
+        typer.echo(text)
+    elif session.talks:
+        show(result)
+    if not trusted:
+        raise typer.Exit(NOT_TRUSTED)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from .. import __version__
+
+        typer.echo(__version__)
+        raise typer.Exit
+
+
+@app.callback(invoke_without_command=True)
+def supple(
+    context: typer.Context,
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    """Find, fit and optimize the compliance between a swing robot and its club."""
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+@command
+def check(
+    records: Records,
+    rig: RigFile = None,
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Read, check and describe records; fit nothing."""
+    from .check import check_records, show_check
+
+    result = check_records(records, rig, seed)
+    finish(Session(out, seed, as_json, quiet), result, "check.json", show_check)
+
+
+@command
+def identify(
+    records: Records,
+    rig: RigFile = None,
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Fit the rig's constants to records, with error bars."""
+    from .engine import progress_of
+    from .identify import identify_records, show_fit
+
+    session = Session(out, seed, as_json, quiet)
+    result, trusted = identify_records(records, rig, out, seed, progress_of(session.talks))
+    finish(replace(session, out=None), result, "fit.json", show_fit, trusted)
+
+
+@command
+def diagnose(
+    records: Records,
+    rig: RigFile = None,
+    held_out: HeldOut = None,
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find what the simulation gets wrong, why, and what mending it gains."""
+    from .diagnosis import diagnose_records, show_diagnosis
+    from .engine import progress_of
+
+    session = Session(out, seed, as_json, quiet)
+    result, trusted = diagnose_records(
+        records, rig, held_out or [], out, seed, progress_of(session.talks)
+    )
+    finish(replace(session, out=None), result, "diagnosis.json", show_diagnosis, trusted)
+
+
+# The family of "no such option" and "missing argument", whose own name typer keeps to itself.
+_USAGE: type[Exception] = cast("type[Exception]", typer.BadParameter.__mro__[2])
+
+
+def _text(error: Exception) -> str:
+    """The words of a usage error, which names the option or argument in question."""
+    words: Callable[[], str] = getattr(error, "format_message", lambda: str(error))
+    return words()
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the command line.
+
+    Args:
+        arguments: what follows the program's name; the process's own where None.
+
+    Returns:
+        The exit code: 0 done, 2 the input is at fault, 3 not to be trusted. A defect of ours is
+        raised, and ends the process with 1 and a trace.
+    """
+    try:
+        code = app(
+            None if arguments is None else list(arguments),
+            prog_name="supple",
+            standalone_mode=False,
+        )
+    except _USAGE as error:
+        text = " ".join(_text(error).split()).rstrip(".")
+        typer.echo(f"supple: {text}. Mend: see `supple --help`.", err=True)
+        return INPUT_AT_FAULT
+    return code if isinstance(code, int) else DONE
+
+
+if __name__ == "__main__":
+    sys.exit(main())
