@@ -161,11 +161,23 @@ class _Search:
         self.stages: list[Fit] = [base]
         self.first: list[Candidate] = []
         self.left: list[Candidate] = []
-        self.held_before = self._foretell(base)
-        self.held = self.held_before
+        self.held: HeldOut | None = None
+        self._held_before: HeldOut | None = None
 
     def _foretell(self, fit: Fit) -> HeldOut | None:
         return held_out(fit, self.unseen) if self.unseen is not None else None
+
+    @property
+    def held_before(self) -> HeldOut | None:
+        """What the base foretells; found when first asked for."""
+        if self._held_before is None:
+            self._held_before = self._foretell(self.base)
+        return self._held_before
+
+    @property
+    def held_now(self) -> HeldOut | None:
+        """What the model as grown so far foretells."""
+        return self.held if self.accepted else self.held_before
 
     def step(self) -> bool:
         """Try to accept one more law (or a pair); whether one was accepted."""
@@ -178,7 +190,7 @@ class _Search:
             return False
         trials = self._refits(open_)
         for rank, trial in enumerate(trials):
-            trial = self._judge(trial, self.fit, self.held)
+            trial = self._judge(trial, self.fit)
             self.trials.append(trial)
             if trial.verdict == "accepted":
                 rivals = [] if rank else self._rivals(trial, trials[1:])
@@ -205,7 +217,7 @@ class _Search:
             found.append(Trial(candidate, full, delta_bic(self.fit, full)))
         return sorted(found, key=lambda trial: trial.fit.cost)
 
-    def _judge(self, trial: Trial, before: Fit, held: HeldOut | None) -> Trial:
+    def _judge(self, trial: Trial, before: Fit) -> Trial:
         """Accept or refuse one trial, in words."""
         if trial.delta_bic < LEAST_EVIDENCE:
             return replace(trial, verdict=f"refused: BIC falls by only {trial.delta_bic:.1f}")
@@ -218,7 +230,7 @@ class _Search:
         if pushed and explained(before, fit) < LEAST_SHARE:
             which = ", ".join(sorted(pushed))
             return replace(trial, verdict=f"refused: it only replaces {which}")
-        told = self._foretell(fit)
+        told, held = self._foretell(fit), self.held_now
         trial = replace(trial, held=told)
         if told is not None and held is not None and not _gains(held, told):
             return replace(trial, verdict=NO_GAIN)
@@ -232,7 +244,7 @@ class _Search:
         for candidate in open_[:2]:
             fit = extend(first.fit, candidate, 25)
             second = Trial(candidate, fit, delta_bic(first.fit, fit))
-            second = self._judge(second, first.fit, self.held)
+            second = self._judge(second, first.fit)
             self.trials.append(second)
             if second.verdict == "accepted":
                 self._accept([replace(first, verdict="accepted with the next"), second], [])
@@ -250,7 +262,7 @@ class _Search:
         found = []
         for other in others:
             if best.delta_bic - other.delta_bic < AMBIGUOUS:
-                judged = self._judge(other, self.stages[-1], self.held)
+                judged = self._judge(other, self.stages[-1])
                 if judged.verdict == "accepted":
                     found.append(replace(judged, verdict="cannot be told from the best"))
         return found
@@ -279,7 +291,7 @@ class _Search:
             blind,
             _alike_pairs(self.first),
             self.held_before,
-            self._foretell(self.fit) if self.held is None else self.held,
+            self.held_now,
             split,
             (whiteness(self.base), whiteness(self.fit)),
             tuple(self.stages),

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any, cast
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from .guess import first_guess
 from .motions import with_scales
-from .noise import Misfit, Noise, choose_noise, colour_of, known_noise
+from .noise import Misfit, Noise, Trust, choose_noise, colour_of, known_noise
 from .prepare import Sensor
 from .problem import Key, Model, Problem, base_entries, opening_model, rough_noise
 
@@ -28,7 +29,6 @@ class Fit:
         x: best unknowns, scaled.
         covariance: of the scaled unknowns; coloured misfit is taken into account.
         predicted: what each channel should have read, by (record, channel) [SI].
-        misfits: absolute misfit of each (record, channel).
         cost: sum of squared whitened residuals and prior pulls [-].
         count: number of measured samples that count [-].
         status: one sentence.
@@ -39,7 +39,6 @@ class Fit:
     x: np.ndarray
     covariance: np.ndarray
     predicted: Mapping[Key, np.ndarray]
-    misfits: Mapping[Key, Misfit]
     cost: float
     count: int
     status: str
@@ -80,6 +79,11 @@ class Fit:
         return self.sensor_of(key).values - self.predicted[key]
 
     @cached_property
+    def misfits(self) -> dict[Key, Misfit]:
+        """Absolute misfit of each (record, channel), against the noise that its residual shows."""
+        return {key: noise_of(self.sensor_of(key), self.predicted[key])[1] for key in self.keys}
+
+    @cached_property
     def keys(self) -> tuple[Key, ...]:
         """All (record, channel) pairs."""
         return tuple((p.name, s.channel.name) for p in self.problem.records for s in p.sensors)
@@ -109,7 +113,7 @@ def solve(model: Model, start: np.ndarray, evaluations: int = 40) -> Fit:
     run = least_squares(
         model.residual,
         inside,
-        model.jacobian,
+        cast(Any, model.jacobian),  # scipy's own types know only names of methods here
         bounds=(low, high),
         x_scale="jac",
         ftol=1e-7,
@@ -122,16 +126,11 @@ def solve(model: Model, start: np.ndarray, evaluations: int = 40) -> Fit:
 
 def _finish(model: Model, x: np.ndarray, converged: bool) -> Fit:
     predicted = model.predict(x)
-    misfits, count = {}, 0
-    for prepared in model.problem.records:
-        for sensor in prepared.sensors:
-            key = prepared.name, sensor.channel.name
-            misfits[key] = noise_of(sensor, predicted[key])[1]
-            count += len(sensor.values)
+    count = sum(len(s.values) for p in model.problem.records for s in p.sensors)
     cost = float(np.sum(model.residual(x) ** 2))
     status = CONVERGED if converged else STOPPED
     empty = np.zeros((len(x), len(x)))
-    return Fit(model, x, empty, predicted, misfits, cost, count, status)
+    return Fit(model, x, empty, predicted, cost, count, status)
 
 
 def noise_of(sensor: Sensor, predicted: np.ndarray) -> tuple[Noise, Misfit]:
@@ -291,7 +290,9 @@ def _whole(problem: Problem, horizon: float) -> bool:
     return all(p.frequency * p.count * p.step <= horizon for p in problem.records)
 
 
-def _alike(new: Noise, old: Noise) -> bool:
+def _alike(new: Noise, old: Noise | Trust) -> bool:
+    if isinstance(old, Trust):
+        return False
     close = abs(np.log(new.std / old.std)) < 0.03 and new.law == old.law
     return close and np.allclose(new.coefficients, old.coefficients, atol=0.02)
 

@@ -10,8 +10,9 @@ from .prepare import driven_by_force
 from .problem import Model
 
 LINEAR = ("start", "drive", "offset")
-STIFFNESS_STEPS = np.exp(np.linspace(-1.4, 1.4, 57))
+STIFFNESS_STEPS = np.exp(np.linspace(-1.4, 1.4, 41))
 DAMPING_STEPS = (0.1, 0.3, 1.0, 3.0, 10.0)
+"""Factors on all stiffnesses and on all dampings of the rig that are tried [-]."""
 
 
 def first_guess(model: Model) -> np.ndarray:
@@ -27,7 +28,7 @@ def first_guess(model: Model) -> np.ndarray:
         Scaled unknowns inside their bounds.
     """
     x = np.array([entry.value / entry.scale for entry in model.entries])
-    near = replace(model, horizon=6.0)
+    near = replace(model, horizon=5.0)
     stiff = _indices(model, "stiffness")
     damped = _indices(model, "damping")
     if stiff:
@@ -73,7 +74,9 @@ def solve_linear(model: Model, x: np.ndarray, with_gain: bool = False) -> tuple[
         base = residual + forced
     else:
         base = residual
-    change = np.linalg.lstsq(columns, -base, rcond=1e-12)[0]
+    # normal equations: the columns are start states and offsets with priors, well conditioned
+    square = columns.T @ columns
+    change = -np.linalg.pinv(square, rcond=1e-13, hermitian=True) @ (columns.T @ base)
     left = float(np.sum((base + columns @ change) ** 2))
     x[linear] = change[: len(linear)]
     if gain and change[-1] > 0:

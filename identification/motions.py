@@ -9,8 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..model.law import Scales
-from ..model.linear import state_space
-from ..model.respond import state_history
+from ..model.respond import law_geometry, state_history
 from .problem import Model, Problem
 
 WIDTH = 0.01
@@ -22,19 +21,26 @@ def motions(
 ) -> dict[str, list[tuple[np.ndarray, np.ndarray]]]:
     """Stretch and rate at each place, one pair a record and row, as the fit sees them [SI]."""
     found: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {place: [] for place in places}
+    numbers = model.problem.numbers
+    owner = [
+        place for place in places for _ in model.problem.mechanism.place_rows(place, numbers, np)[1]
+    ]
     for prepared in model.problem.records:
         plant = model.plant(prepared)
         z = jnp.asarray(model.vector(prepared, x))
         states, _ = state_history(plant, model.substeps(prepared), z, *model.arguments(prepared))
         states = states[: prepared.count]
-        for place in places:
-            space = state_space(
-                plant.mechanism, plant.numbers(z), plant.inputs, plant.sensors, (place,)
-            )
-            drive = prepared.inputs[: prepared.count] @ np.asarray(space.rate_input).T
-            stretch = states @ np.asarray(space.stretch).T
-            rate = states @ np.asarray(space.rate).T + drive
-            found[place] += [(stretch[:, i], rate[:, i]) for i in range(stretch.shape[1])]
+        bare = replace(plant, law_places=())
+        everywhere = replace(plant, law_places=tuple(places))
+        wide = np.zeros(everywhere.size)
+        for name in bare.slots:
+            if name != "strengths":
+                wide[everywhere.slots[name]] = np.asarray(z)[plant.slots[name]]
+        rows = [np.asarray(part) for part in law_geometry(everywhere, jnp.asarray(wide))]
+        stretch = states @ rows[0].T
+        rate = states @ rows[1].T + prepared.inputs[: prepared.count] @ rows[2].T
+        for index, place in enumerate(owner):
+            found[place].append((stretch[:, index], rate[:, index]))
     return found
 
 

@@ -59,7 +59,9 @@ class Noise:
     def spectrum(self, frequency: np.ndarray) -> np.ndarray:
         """Density per bin at `frequency` in cycles a sample, relative to white of unit std."""
         turn = np.exp(-2j * np.pi * frequency)
-        response = 1.0 - sum(phi * turn**lag for lag, phi in enumerate(self.coefficients, 1))
+        response = np.ones_like(turn)
+        for lag, phi in enumerate(self.coefficients, 1):
+            response -= phi * turn**lag
         return self.std**2 / np.abs(response) ** 2
 
 
@@ -75,6 +77,11 @@ class Trust:
     """
 
     std: np.ndarray
+
+    @property
+    def marginal_std(self) -> float:
+        """Median of the weights' deviations [channel's unit]."""
+        return float(np.median(self.std))
 
     def whiten(self, residual: np.ndarray) -> np.ndarray:
         """Residual along the first axis in units of `std` [-]."""
@@ -214,17 +221,32 @@ def _best(frequency: np.ndarray, power: np.ndarray, use: np.ndarray) -> Noise:
     return noise
 
 
+GROUPS = 400
+"""A periodogram is pooled into this many groups of neighbors before its law is sought [-]."""
+
+
+def _pooled(frequency: np.ndarray, power: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Means of frequency and power over groups of neighbors, and the size of each group."""
+    if len(power) <= GROUPS:
+        return frequency, power, np.ones(len(power))
+    starts = np.linspace(0, len(power), GROUPS + 1).astype(int)[:-1]
+    sizes = np.diff(np.append(starts, len(power))).astype(float)
+    pooled = np.add.reduceat(power, starts) / sizes
+    return np.add.reduceat(frequency, starts) / sizes, pooled, sizes
+
+
 def _whittle(frequency: np.ndarray, power: np.ndarray, order: int) -> tuple[float, Noise]:
     """Twice the negative log Whittle likelihood and its noise, for one order."""
-    power = power + 1e-300
-    count = len(power)
+    frequency, power, sizes = _pooled(frequency, power + 1e-300)
+    count = float(sizes.sum())
 
     def inverse(partial: np.ndarray) -> np.ndarray:
         return 1.0 / Noise(_coefficients(partial), 1.0).spectrum(frequency)
 
     def cost(free: np.ndarray) -> float:
         gain = inverse(_limited(free))
-        return float(count * np.log(np.mean(power * gain)) - np.sum(np.log(gain)))
+        level = np.log(sizes @ (power * gain) / count)
+        return float(count * level - sizes @ np.log(gain))
 
     best, partial = cost(np.zeros(0)), np.zeros(0)
     if order:
@@ -232,7 +254,7 @@ def _whittle(frequency: np.ndarray, power: np.ndarray, order: int) -> tuple[floa
         runs = [minimize(cost, start, method="Nelder-Mead") for start in starts]
         run = min(runs, key=lambda r: r.fun)
         best, partial = float(run.fun), _limited(run.x)
-    std = float(np.sqrt(np.mean(power * inverse(partial))))
+    std = float(np.sqrt(sizes @ (power * inverse(partial)) / count))
     return best, Noise(_coefficients(partial), std)
 
 

@@ -77,11 +77,13 @@ class Prepared:
 
 def bucket(count: int) -> int:
     """Padded length for `count` samples, so that few lengths are ever compiled [-]."""
-    power = 2 ** max(6, int(np.floor(np.log2(max(count, 1)))))
-    for factor in (1.0, 1.25, 1.5, 1.75, 2.0):
+    power = 2 ** max(9, int(np.ceil(np.log2(max(count, 1)))))
+    if power <= 8192:
+        return power
+    for factor in (0.625, 0.75, 0.875):
         if count <= power * factor:
             return int(power * factor)
-    return 2 * power
+    return power
 
 
 FADED = 0.05

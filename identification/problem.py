@@ -22,6 +22,9 @@ from .records import Record
 LANES = 8
 """Directions of a Jacobian are padded to a multiple of this, so that few shapes are compiled."""
 
+RUNAWAY = 1e3
+"""A simulation that runs away counts as wrong by this many times the largest value measured [-]."""
+
 Cause = tuple[str, Law]
 Key = tuple[str, str]
 
@@ -81,6 +84,7 @@ class Model:
         noises: noise law of each (record, channel).
         horizon: only the first part of each record counts, in periods; inf for all.
         fixed: further entries, held at the given values [SI].
+        only_opening: whether only what tells the start states counts.
     """
 
     problem: Problem
@@ -89,6 +93,7 @@ class Model:
     noises: Mapping[Key, Noise] | Mapping[Key, Trust]
     horizon: float = np.inf
     fixed: tuple[tuple[Entry, float], ...] = ()
+    only_opening: bool = False
 
     @cached_property
     def places(self) -> tuple[str, ...]:
@@ -139,6 +144,12 @@ class Model:
             z[at] += x[i] * self.scale[i]
         return z
 
+    def numbers(self, prepared: Prepared, x: np.ndarray) -> dict[str, float]:
+        """The mechanism's numbers by name [SI] for one record at scaled unknowns x."""
+        plant = self.plant(prepared)
+        z = self.vector(prepared, x)[plant.slots["numbers"]]
+        return dict(zip(plant.mechanism.names, (float(value) for value in z), strict=True))
+
     def widths(self) -> np.ndarray:
         """Rounding widths of the law places, shape (places, 2) [SI]."""
         known = self.problem.widths
@@ -164,7 +175,7 @@ class Model:
         for prepared in self.problem.records:
             grid = self.grid(prepared, x, finer)
             for index, sensor in enumerate(prepared.sensors):
-                found[prepared.name, sensor.channel.name] = _sample(sensor, grid[:, index])
+                found[prepared.name, sensor.channel.name] = sample(sensor, grid[:, index])
         return found
 
     def residual(self, x: np.ndarray) -> np.ndarray:
@@ -175,7 +186,8 @@ class Model:
             for sensor in prepared.sensors:
                 key = prepared.name, sensor.channel.name
                 gap = sensor.values - predicted[key]
-                gap = np.where(np.isfinite(gap), gap, 1e6 * (1 + np.max(np.abs(sensor.values))))
+                limit = RUNAWAY * np.max(np.abs(sensor.values))
+                gap = np.clip(np.where(np.isfinite(gap), gap, limit), -limit, limit)
                 parts.append(self._cut(prepared, sensor, self.noises[key].whiten(gap)))
         return np.concatenate([*parts, self._prior_pull(x)])
 
@@ -186,7 +198,7 @@ class Model:
             columns = self.sensitivity(prepared, x)
             for index, sensor in enumerate(prepared.sensors):
                 noise = self.noises[prepared.name, sensor.channel.name]
-                block = -noise.whiten(_sample(sensor, columns[index]))
+                block = -noise.whiten(sample(sensor, columns[index]))
                 blocks.append(self._cut(prepared, sensor, block))
         return np.concatenate([*blocks, np.diag(self._prior_rate())[self._has_prior]])
 
@@ -211,9 +223,11 @@ class Model:
         return found
 
     def _cut(self, prepared: Prepared, sensor: Sensor, block: np.ndarray) -> np.ndarray:
-        if not np.isfinite(self.horizon):
+        if not np.isfinite(self.horizon) and not self.only_opening:
             return block
         seconds = self.horizon / max(prepared.frequency, 1e-9)
+        if self.only_opening:
+            seconds = min(seconds, prepared.opening)
         late = sensor.times > max(seconds, 24 * prepared.step)
         shape = (-1,) + (1,) * (block.ndim - 1)
         return np.where(late.reshape(shape), 0.0, block)
@@ -230,7 +244,8 @@ class Model:
         return ((x - center) * self._prior_rate())[self._has_prior]
 
 
-def _sample(sensor: Sensor, grid: np.ndarray) -> np.ndarray:
+def sample(sensor: Sensor, grid: np.ndarray) -> np.ndarray:
+    """Values on the simulation's grid at a sensor's own samples, shape (n, ...) [unit]."""
     if sensor.sampling is not None:
         return sensor.sampling @ grid
     return grid[: len(sensor.values)]
@@ -255,8 +270,16 @@ def rough_noise(problem: Problem) -> dict[Key, Noise]:
     }
 
 
+MANY = 8192
+
+
 def opening_model(model: Model) -> Model:
-    """The model on those first parts of the records that tell their start states."""
-    records = tuple(opening(prepared) for prepared in model.problem.records)
+    """The model on those first parts of the records that tell their start states.
+
+    Long records are cut short; others are masked, which needs no further compiled length.
+    """
+    records = tuple(opening(p) if p.count > MANY else p for p in model.problem.records)
     trust = {(p.name, s.channel.name): trust_of(s.values) for p in records for s in p.sensors}
-    return replace(model, problem=replace(model.problem, records=records), noises=trust)
+    return replace(
+        model, problem=replace(model.problem, records=records), noises=trust, only_opening=True
+    )

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
-from ..model.law import Law, Scales, library
+from ..model.law import Law, Place, Scales, library
+from ..model.respond import Plant, force_responses, numbers_vector
 from .fit import Fit
 from .free import Entry, law_entry
-from .problem import Cause
+from .motions import motions
+from .problem import LANES, Cause, sample
 
 VISIBLE = 3.0
 """A law of natural strength that moves the records by less than this many noise units, after
@@ -141,20 +145,86 @@ def screen(fit: Fit, causes: Sequence[Cause] | None = None) -> list[Candidate]:
     causes = possible_causes(fit) if causes is None else list(causes)
     residual = model.residual(fit.x)
     basis = np.linalg.qr(model.jacobian(fit.x))[0] if len(fit.x) else np.zeros((len(residual), 0))
-    groups: dict[str, list[Cause]] = {}
-    for cause in causes:
-        groups.setdefault(cause[0] if cause[1].force else "", []).append(cause)
-    found = []
-    for group in groups.values():
-        entries = tuple(entry_of(fit, cause) for cause in group)
-        wide = replace(model, entries=entries, causes=model.causes + tuple(group), fixed=_held(fit))
-        columns = wide.jacobian(np.zeros(len(entries)))[: fit.count]
-        pad = np.zeros((len(residual) - fit.count, columns.shape[1]))
-        columns = np.concatenate([columns, pad])
-        columns = columns - basis @ (basis.T @ columns)
-        for cause, entry, column in zip(group, entries, columns.T, strict=True):
-            found.append(_candidate(cause, entry, column, residual))
+    entries = [entry_of(fit, cause) for cause in causes]
+    columns = np.zeros((len(residual), len(causes)))
+    for which, block in _columns(fit, causes, entries):
+        columns[: fit.count, which] = block
+    columns -= basis @ (basis.T @ columns)
+    found = [
+        _candidate(cause, entry, column, residual)
+        for cause, entry, column in zip(causes, entries, columns.T, strict=True)
+    ]
     return sorted(found, key=lambda candidate: -candidate.gain)
+
+
+def _columns(
+    fit: Fit, causes: Sequence[Cause], entries: Sequence[Entry]
+) -> Iterator[tuple[list[int], np.ndarray]]:
+    """Whitened Jacobian columns by groups that are computed together."""
+    linear = not fit.model.places
+    groups: dict[str, list[int]] = {}
+    for index, (place, law) in enumerate(causes):
+        name = "channels" if law.force is None else ("forces" if linear else place)
+        groups.setdefault(name, []).append(index)
+    for name, which in groups.items():
+        if name == "forces":
+            yield (
+                which,
+                _force_columns(fit, [causes[i] for i in which], [entries[i] for i in which]),
+            )
+        else:
+            wide = replace(
+                fit.model,
+                entries=tuple(entries[i] for i in which),
+                causes=fit.model.causes + tuple(causes[i] for i in which),
+                fixed=_held(fit),
+            )
+            yield which, wide.jacobian(np.zeros(len(which)))[: fit.count]
+
+
+def _force_columns(fit: Fit, causes: Sequence[Cause], entries: Sequence[Entry]) -> np.ndarray:
+    """Columns of laws at their null about a linear motion: responses to the laws' forces there."""
+    model, problem = fit.model, fit.problem
+    places = tuple(dict.fromkeys(place for place, _ in causes))
+    moved = motions(model, fit.x, places)
+    rows = {place: len(moved[place]) // len(problem.records) for place in places}
+    starts = dict(zip(places, np.cumsum([0, *rows.values()])[:-1], strict=True))
+    blocks = []
+    for index, prepared in enumerate(problem.records):
+        plant = replace(model.plant(prepared), law_places=places)
+        z = numbers_vector(plant, model.numbers(prepared, fit.x))
+        lanes = -(-len(causes) // LANES) * LANES
+        forces = np.zeros((lanes, len(prepared.inputs), sum(rows.values())))
+        for lane, ((place, law), entry) in enumerate(zip(causes, entries, strict=True)):
+            space_k, space_c = place_constants(plant, z, place)
+            for row in range(rows[place]):
+                stretch, rate = moved[place][index * rows[place] + row]
+                here = Place(space_k[row], space_c[row], *problem.widths[place])
+                force = slope_at_null(law, stretch, rate, here) * entry.scale
+                forces[lane, : len(force), starts[place] + row] = force
+        seen = np.asarray(
+            force_responses(plant, jnp.asarray(z), jnp.asarray(forces), jnp.asarray(prepared.step))
+        )
+        for i, sensor in enumerate(prepared.sensors):
+            noise = model.noises[prepared.name, sensor.channel.name]
+            block = sample(sensor, seen[: len(causes), :, i].T)
+            blocks.append(-noise.whiten(block))
+    return np.concatenate(blocks)
+
+
+def place_constants(plant: Plant, z: np.ndarray, place: str) -> tuple[np.ndarray, np.ndarray]:
+    """Stiffness and damping of each row of a place [SI]."""
+    _, k, c = plant.mechanism.place_rows(place, plant.numbers(jnp.asarray(z)))
+    return np.asarray(k), np.asarray(c)
+
+
+def slope_at_null(law: Law, stretch: np.ndarray, rate: np.ndarray, place: Place) -> np.ndarray:
+    """Derivative of a law's force by its strength at zero strength, shape (t,) [force/strength]."""
+    assert law.force is not None
+    seen = jnp.asarray(stretch), jnp.asarray(rate)
+    zero = jnp.zeros(())
+    slope = jax.jvp(lambda s: law.force(s, *seen, place), (zero,), (jnp.ones(()),))[1]  # type: ignore[misc]
+    return np.asarray(slope)
 
 
 def _held(fit: Fit) -> tuple[tuple[Entry, float], ...]:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import jax
@@ -12,87 +10,35 @@ import jax.numpy as jnp
 import numpy as np
 
 from .chain import DERIVATIVES, FORCES
+from .delay import shift
 from .law import Law, Place, force_laws
 from .linear import (
     Array,
-    Mechanism,
-    Port,
     StateSpace,
     Step,
     ground_quantity,
     make_step,
     state_space,
 )
+from .plant import Plant, numbers_vector as numbers_vector  # old callers ask here for both
 
 NEWTON_STEPS = 3
 
 
-@dataclass(frozen=True)
-class Plant:
-    """A mechanism with its inputs, its sensors and the places where laws may act.
-
-    A plant is static: everything that varies is in the vector `z`, laid out as numbers of the
-    mechanism, strengths of the laws, start state, offsets of inputs, offsets, errors of
-    gain and delays of sensors; each in SI units.
-
-    Attributes:
-        mechanism: chain or robot.
-        inputs: ports of the sampled inputs.
-        sensors: ports of the sensors.
-        law_places: places with laws; every law that fits a place has a slot there, null at 0.
-    """
-
-    mechanism: Mechanism
-    inputs: tuple[Port, ...]
-    sensors: tuple[Port, ...]
-    law_places: tuple[str, ...] = ()
-
-    @cached_property
-    def laws(self) -> tuple[tuple[str, Law], ...]:
-        """Each (place, law) that has a strength in `z`, in order."""
-        kinds = self.mechanism.law_places()
-        return tuple(
-            (place, law)
-            for place in self.law_places
-            for law in force_laws(kinds[place], self.mechanism.turns(place))
-        )
-
-    @cached_property
-    def slots(self) -> dict[str, slice]:
-        """Where each part of `z` lies: numbers, strengths, start, drive, offset, gain, delay."""
-        sizes = {
-            "numbers": len(self.mechanism.names),
-            "strengths": len(self.laws),
-            "start": self.n_states,
-            "drive": len(self.inputs),
-            "offset": len(self.sensors),
-            "gain": len(self.sensors),
-            "delay": len(self.sensors),
-        }
-        ends = np.cumsum(list(sizes.values()))
-        return {
-            name: slice(int(end) - size, int(end))
-            for (name, size), end in zip(sizes.items(), ends, strict=True)
-        }
-
-    @property
-    def n_states(self) -> int:
-        """Positions, velocities and the motion of the ground [-]."""
-        extra = {"": 0, "position": 1, "velocity": 1, "acceleration": 2}
-        return 2 * len(self.mechanism.coordinates) + extra[ground_quantity(self.inputs)]
-
-    @property
-    def size(self) -> int:
-        """Length of `z` [-]."""
-        return self.slots["delay"].stop
-
-    def numbers(self, z: Array) -> dict[str, Array]:
-        """The mechanism's numbers by name [SI] out of `z`."""
-        names = self.mechanism.names
-        return dict(zip(names, z[self.slots["numbers"]], strict=True))
-
-
 @partial(jax.jit, static_argnums=(0, 1))
+def _simulate(
+    plant: Plant, substeps: int, z: Array, inputs: Array, step: Array, widths: Array
+) -> tuple[Array, Array, Array]:
+    states, forces, defect = _march(plant, substeps, z, inputs, step, widths)
+    space = _space(plant, z)
+    drive = inputs + z[plant.slots["drive"]] * _offset_mask(plant)
+    felt = jnp.concatenate([_felt(plant, drive, step), forces], axis=1)
+    outputs = states @ space.c.T + felt @ space.d.T
+    outputs = shift(outputs, z[plant.slots["delay"]] / step) * (1.0 + z[plant.slots["gain"]])
+    outputs = outputs + z[plant.slots["offset"]]
+    return jnp.concatenate([outputs, defect[:, None]], axis=1), states, forces
+
+
 def simulate(
     plant: Plant,
     substeps: int,
@@ -117,14 +63,7 @@ def simulate(
         driven by its position, a sensor that feels the ground's rate reads the mean of the slopes
         before and after the sample.
     """
-    states, forces, defect = _march(plant, substeps, z, inputs, step, widths)
-    space = _space(plant, z)
-    drive = inputs + z[plant.slots["drive"]] * _offset_mask(plant)
-    felt = jnp.concatenate([_felt(plant, drive, step), forces], axis=1)
-    outputs = states @ space.c.T + felt @ space.d.T
-    outputs = shift(outputs, z[plant.slots["delay"]] / step) * (1.0 + z[plant.slots["gain"]])
-    outputs = outputs + z[plant.slots["offset"]]
-    return jnp.concatenate([outputs, defect[:, None]], axis=1)
+    return _simulate(plant, substeps, z, inputs, step, widths)[0]
 
 
 @partial(jax.jit, static_argnums=(0, 1))
@@ -153,8 +92,8 @@ def tangents(
     """
 
     def along(direction: Array) -> Array:
-        call = partial(simulate, plant, substeps)
-        moved = jax.jvp(lambda x: call(x, inputs, step, widths), (z,), (direction,))[1]
+        call = partial(_simulate, plant, substeps)
+        moved = jax.jvp(lambda x: call(x, inputs, step, widths)[0], (z,), (direction,))[1]
         return moved[:, :-1]
 
     return jax.vmap(along)(directions)
@@ -164,36 +103,52 @@ def state_history(
     plant: Plant, substeps: int, z: Array, inputs: Array, step: Any, widths: Array
 ) -> tuple[np.ndarray, np.ndarray]:
     """States (t, states) and law forces (t, law rows) of a motion [SI]; see `simulate`."""
-    states, forces, _ = _march_jit(plant, substeps, z, inputs, jnp.asarray(step), widths)
+    _, states, forces = _simulate(plant, substeps, z, inputs, jnp.asarray(step), widths)
     return np.asarray(states), np.asarray(forces)
 
 
-def shift(outputs: Array, samples: Array) -> Array:
-    """Delay each column by a number of samples, between samples by a sixth-order polynomial.
+@partial(jax.jit, static_argnums=0)
+def law_geometry(plant: Plant, z: Array) -> tuple[Array, Array, Array]:
+    """Rows that turn states and inputs into stretches and rates of the law places.
 
     Args:
-        outputs: shape (t, columns) [any].
-        samples: delay of each column in samples, shape (columns,) [1].
+        plant: its law places are meant (static).
+        z: see `Plant` [SI].
 
     Returns:
-        Shape (t, columns) in the unit of `outputs`; before the first sample its value is held.
-
-    Source: Lagrange interpolation; tests/model/test_respond.py.
+        stretch (law rows, states) [1 or m], rate (law rows, states) [1 or m], and what a moving
+        ground adds to the rate (law rows, inputs) [1].
     """
-    count = outputs.shape[0]
-    whole = jax.lax.stop_gradient(jnp.floor(samples))
-    part = samples - whole  # 0 <= part < 1
-    at = jnp.arange(count)[:, None] - whole[None, :].astype(int)
-    total = jnp.zeros_like(outputs)
-    nodes = (-2.0, -1.0, 0.0, 1.0, 2.0, 3.0)  # value wanted at at - part
-    for j in nodes:
-        weight = jnp.ones_like(part)
-        for i in nodes:
-            if i != j:
-                weight = weight * (part - i) / (j - i)
-        index = jnp.clip(at - int(j), 0, count - 1)
-        total = total + weight * jnp.take_along_axis(outputs, index, axis=0)
-    return total
+    space = _space(plant, z)
+    return space.stretch, space.rate, space.rate_input
+
+
+@partial(jax.jit, static_argnums=0)
+def force_responses(plant: Plant, z: Array, forces: Array, step: Array) -> Array:
+    """Linear response of the sensors to forces at the law places, from rest.
+
+    Args:
+        plant: its law places say where the forces act, its laws are not in force (static).
+        z: point of linearization, see `Plant` [SI].
+        forces: resisting forces, linear between samples, shape (k, t, law rows) [N or N m].
+        step: sampling interval [s].
+
+    Returns:
+        Shape (k, t, sensors) [SI].
+    """
+    space = _space(plant, z)
+    matrices = make_step(space, step)
+    start, middle, end = (node[:, len(plant.inputs) :] for node in matrices.nodes[1])
+    pushes = forces[:, :-1] @ (start + 0.5 * middle).T + forces[:, 1:] @ (end + 0.5 * middle).T
+
+    def advance(x: Array, push: Array) -> tuple[Array, Array]:
+        new = x @ matrices.free[1].T + push
+        return new, new
+
+    rest = jnp.zeros((forces.shape[0], plant.n_states))
+    _, states = jax.lax.scan(advance, rest, jnp.swapaxes(pushes, 0, 1))
+    states = jnp.swapaxes(jnp.concatenate([rest[None], states]), 0, 1)
+    return states @ space.c.T + forces @ space.d[:, len(plant.inputs) :].T
 
 
 def _space(plant: Plant, z: Array) -> StateSpace:
@@ -258,9 +213,6 @@ def _march(
     return _march_laws(law, matrices, x0, first, last, substeps)
 
 
-_march_jit = jax.jit(_march, static_argnums=(0, 1))
-
-
 def _times(matrix: Array, vector: Array) -> Array:
     """Matrix times vector as a sum that fuses with its neighbours; dot calls would not."""
     return jnp.sum(matrix * vector[None, :], axis=1)
@@ -279,7 +231,7 @@ def _march_linear(
         new = _times(transition, x) + push
         return new, new
 
-    _, states = jax.lax.scan(advance, x0, forcing, unroll=8)
+    _, states = jax.lax.scan(advance, x0, forcing, unroll=2)
     states = jnp.concatenate([x0[None], states])
     count = states.shape[0]
     return states, jnp.zeros((count, 0)), jnp.zeros(count)
@@ -425,10 +377,3 @@ def _march_laws(
     states = jnp.concatenate([x0[None], states])
     forces = jnp.concatenate([f0[None], forces])
     return states, forces, jnp.concatenate([jnp.zeros(1), worst])
-
-
-def numbers_vector(plant: Plant, numbers: Mapping[str, float]) -> np.ndarray:
-    """A `z` [SI] with the mechanism's numbers set and everything else at its null."""
-    z = np.zeros(plant.size)
-    z[plant.slots["numbers"]] = [numbers[name] for name in plant.mechanism.names]
-    return z

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -28,6 +29,12 @@ Records = Annotated[
 ]
 RigFile = Annotated[
     Path | None, typer.Option("--rig", metavar="RIG", help="A rig that overrides the records'.")
+]
+Sensors = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--sensor", metavar="PLACE:QUANTITY:FRAME", help="A curve to write besides; repeatable."
+    ),
 ]
 HeldOut = Annotated[
     list[Path] | None,
@@ -65,6 +72,10 @@ class Session:
         return not (self.json or self.quiet)
 
 
+study_app = typer.Typer()
+app.add_typer(study_app, name="study")
+
+
 def command(function: Callable[_Arguments, None]) -> Callable[_Arguments, None]:
     """Makes a function a command whose input errors end in one line and exit code 2.
 
@@ -74,6 +85,11 @@ def command(function: Callable[_Arguments, None]) -> Callable[_Arguments, None]:
     Returns:
         The guarded function, registered under its name.
     """
+    return app.command()(guard(function))
+
+
+def guard(function: Callable[_Arguments, None]) -> Callable[_Arguments, None]:
+    """A function whose ValueErrors end in one line on standard error and exit code 2."""
 
     @functools.wraps(function)
     def guarded(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> None:
@@ -83,7 +99,7 @@ def command(function: Callable[_Arguments, None]) -> Callable[_Arguments, None]:
             typer.echo(" ".join(str(error).split()), err=True)
             raise typer.Exit(INPUT_AT_FAULT) from None
 
-    return app.command()(guarded)
+    return guarded
 
 
 def finish(
@@ -157,6 +173,23 @@ def check(
 
 
 @command
+def simulate(
+    rig: Annotated[Path, typer.Option("--rig", metavar="RIG", help="The rig that moves.")],
+    drive: Annotated[Path, typer.Option("--drive", metavar="DRIVE", help="What moves it.")],
+    sensor: Sensors = None,
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Simulate one motion of a rig under a drive."""
+    from .simulate import show_motion, simulate_rig
+
+    result, trusted = simulate_rig(rig, drive, sensor or [], out, seed)
+    finish(Session(None, seed, as_json, quiet), result, "motion.json", show_motion, trusted)
+
+
+@command
 def identify(
     records: Records,
     rig: RigFile = None,
@@ -195,6 +228,44 @@ def diagnose(
     finish(replace(session, out=None), result, "diagnosis.json", show_diagnosis, trusted)
 
 
+@study_app.callback(invoke_without_command=True)
+def study(context: typer.Context) -> None:
+    """List and run studies: one question, one answer each."""
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+@study_app.command("list")
+@guard
+def study_list(as_json: Json = False, quiet: Quiet = False) -> None:
+    """Name every study, with its question."""
+    from .study import show_studies, studies
+
+    listed = [{"name": name, "question": one.question} for name, one in studies().items()]
+    finish(Session(None, 0, as_json, quiet), {"studies": listed}, "studies.json", show_studies)
+
+
+@study_app.command("run")
+@guard
+def study_run(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="See `supple study list`.")],
+    data: Annotated[
+        Path | None, typer.Option("--data", metavar="DIR", help="Folder of measured records.")
+    ] = None,
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run one study."""
+    from .engine import progress_of
+    from .study import Call, study_named
+
+    session, chosen = Session(out, seed, as_json, quiet), study_named(name)
+    result = chosen.run(Call(out, data, seed, progress_of(session.talks)))
+    finish(replace(session, out=None), result, f"{name}.json", chosen.show)
+
+
 # The family of "no such option" and "missing argument", whose own name typer keeps to itself.
 _USAGE: type[Exception] = cast("type[Exception]", typer.BadParameter.__mro__[2])
 
@@ -215,6 +286,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code: 0 done, 2 the input is at fault, 3 not to be trusted. A defect of ours is
         raised, and ends the process with 1 and a trace.
     """
+    # small matrices: a second thread of the linear algebra costs more than it brings, and jax
+    # has threads of its own; only effective before numpy is imported, hence here
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
     try:
         code = app(
             None if arguments is None else list(arguments),

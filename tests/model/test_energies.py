@@ -239,6 +239,54 @@ def test_numbers_that_a_fixed_collet_does_not_have_do_not_move_it():
         np.testing.assert_array_equal(ours, moved)
 
 
+def test_sensors_of_the_robot_see_what_the_geometry_says():
+    p = draw(PINNED, 9)
+    turn, grip, tilt, head = q = np.array([0.3, 0.01, -0.2, 0.15])
+    lever = p["club_length"] - p["grip_length"] / 2
+    r = p["sleeve_offset"] + p["sleeve_spacing"] / 2
+    bend = head - grip - lever * tilt
+    wanted = {
+        ("clubhead", "position", "absolute"): (r + lever) * turn + head,
+        ("clubhead", "acceleration", "collet"): head,
+        ("grip", "velocity", "absolute"): r * turn + grip,
+        ("grip", "position", "collet"): grip,
+        ("grip", "angle", "absolute"): turn + tilt,
+        ("grip", "angular_velocity", "collet"): tilt,
+        ("shaft", "deflection", "absolute"): bend,
+        ("clubhead", "deflection", "collet"): bend,
+        ("shaft", "strain", "absolute"): 0.024 * bend,  # thesis line 1833
+        ("wrist", "angle", "absolute"): turn,
+        ("collet", "angular_acceleration", "absolute"): turn,
+    }
+    for (place, quantity, frame), value in wanted.items():
+        row = np.asarray(PINNED.sensor_row(place, quantity, frame, p, np))
+        assert row[:-1] @ q == pytest.approx(value, rel=1e-12), (place, quantity, frame)
+        if place not in ("wrist", "collet") and frame == "collet":
+            fixed = np.asarray(FIXED.sensor_row(place, quantity, frame, p, np))
+            np.testing.assert_array_equal(fixed, row[1:])
+    k = p["shaft_stiffness"]
+    rows, stiffness, damping = PINNED.place_rows("shaft", p, np)
+    assert (rows[:, :-1] @ q, stiffness, damping) == (
+        [pytest.approx(bend)],
+        [k],
+        p["shaft_damping"],
+    )
+    rows, stiffness, _ = PINNED.place_rows("sleeve", p, np)
+    half = p["sleeve_spacing"] / 2
+    np.testing.assert_allclose(rows[:, :-1] @ q, [grip - half * tilt, grip + half * tilt])
+    sets = [2 * p["sleeve_stiffness_upper"], 2 * p["sleeve_stiffness_lower"]]
+    np.testing.assert_allclose(stiffness, sets)
+
+
+def test_sensors_of_a_chain_see_masses_stretches_and_the_ground():
+    p, q = draw(LINE, 10), np.array([0.3, -0.2, 0.5, 0.1])  # a, b, c, ground
+    wanted = {"a": 0.3, "s1": 0.2, "s3": -0.7, "s4": -0.4, "ground": 0.1, "base": 0.1}
+    for place, value in wanted.items():
+        assert LINE.sensor_row(place, "position", "absolute", p, np) @ q == pytest.approx(value)
+    np.testing.assert_array_equal(LINE.force_row("s2", p, np), [-1, 1, 0])
+    np.testing.assert_array_equal(LINE.force_row("c", p, np), [0, 0, 1])
+
+
 @pytest.mark.parametrize(
     "mechanism, inputs, sensors, words",
     [

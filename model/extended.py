@@ -1,0 +1,310 @@
+"""The laws of an extended rig at work: read, set at rest, and marched from jump to jump."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .door import nearest, one_of
+from .drives import ON_SAMPLE, Drive, Hold, check_balance, equilibrium, hold_rows
+from .energies import stiffness_matrix
+from .law import Law, Place, library
+from .linear import Mechanism
+from .respond import Plant, state_history
+
+WIDTH = 0.01
+"""Corners of laws are rounded over this share of the root mean square motion, where not said [-]."""
+
+WIDTHS = ("stretch_width", "rate_width")
+"""What a law's table may say about the rounding of its corners [m or rad, m/s or rad/s]."""
+
+CHUNK = 512
+"""Steps that are marched at once, so that one compiled length serves every motion [-]."""
+
+NEWTON_STEPS = 40
+RAMPS = 8
+POINTS_PER_WAVE = 200
+
+
+@dataclass(frozen=True)
+class Acting:
+    """A law at its place, with its strength.
+
+    Attributes:
+        place: where it acts.
+        law: one of the library's laws that act by a force.
+        strength: in the law's unit at that place [SI].
+        stretch_width: rounding of corners in the stretch; None: from the motion [m or rad].
+        rate_width: rounding of corners in the rate; None: from the motion [m/s or rad/s].
+    """
+
+    place: str
+    law: Law
+    strength: float
+    stretch_width: float | None = None
+    rate_width: float | None = None
+
+
+def acting_laws(tables: Iterable[Mapping[str, Any]], mechanism: Mechanism) -> tuple[Acting, ...]:
+    """The laws that act by a force, out of the tables of an extended rig.
+
+    Laws of a sensor are passed over: they fault what is measured, not the motion.
+
+    Args:
+        tables: ``law``, ``place`` and ``parameters``: the strength by its symbol, as a number or a
+            table with ``value`` [SI], and optionally `WIDTHS`.
+        mechanism: what they act on.
+
+    Returns:
+        The laws in the order of the tables.
+
+    Raises:
+        ValueError: for an unknown law, place or parameter, or a strength that is missing.
+    """
+    return tuple(
+        _acting(table, index, mechanism)
+        for index, table in enumerate(tables)
+        if not (table["law"] in library() and library()[table["law"]].force is None)
+    )
+
+
+def _acting(table: Mapping[str, Any], index: int, mechanism: Mechanism) -> Acting:
+    def refuse(key: str, expected: str, found: str, mend: str) -> ValueError:
+        at = f"[[laws]] item {index} {key}"
+        return ValueError(f"{at}: expected {expected}, found {found}. Mend: {mend}.")
+
+    name, place = str(table["law"]), str(table["place"])
+    if name not in library():
+        mend = f"write '{nearest(name, library()) or 'coulomb_friction'}'"
+        raise refuse("law", one_of(library()), f"'{name}'", mend)
+    law, kinds = library()[name], mechanism.law_places()
+    turns = mechanism.turns(place) if place in kinds else False
+    fitting = [at for at, kind in kinds.items() if kind == law.kind]
+    if law.rotation is not None:
+        fitting = [at for at in fitting if mechanism.turns(at) == law.rotation]
+    if place not in fitting:
+        expected = f"a place where '{name}' can act: {one_of(fitting)}"
+        mend = "write one of them" if fitting else "remove this law"
+        raise refuse("place", expected, f"'{place}'", mend)
+    symbol = law.symbol_at(turns)
+    given = {key: _value(entry) for key, entry in table.get("parameters", {}).items()}
+    for key in given:
+        if key not in (symbol, *WIDTHS):
+            raise refuse("parameters", one_of((symbol, *WIDTHS)), f"'{key}'", "remove it")
+    if symbol not in given:
+        unit = law.unit(turns)
+        raise refuse("parameters", f"'{symbol}' [{unit}]", "nothing", f"add {symbol} = ...")
+    for key in WIDTHS:
+        if key in given and not given[key] > 0:
+            raise refuse(key, "a width above 0", f"{given[key]:g}", "remove it, or widen it")
+    return Acting(place, law, given[symbol], given.get(WIDTHS[0]), given.get(WIDTHS[1]))
+
+
+def _value(entry: Any) -> float:
+    return float(entry["value"] if isinstance(entry, Mapping) else entry)
+
+
+def law_places(laws: Iterable[Acting]) -> tuple[str, ...]:
+    """The places where laws act, each once [-]."""
+    return tuple(dict.fromkeys(acting.place for acting in laws))
+
+
+def strengths(plant: Plant, laws: Iterable[Acting]) -> np.ndarray:
+    """Strength of each law of a plant, in the order of its vector [SI]."""
+    found = np.zeros(len(plant.laws))
+    slots = {(place, law.name): index for index, (place, law) in enumerate(plant.laws)}
+    for acting in laws:
+        found[slots[acting.place, acting.law.name]] += acting.strength
+    return found
+
+
+def widths(
+    plant: Plant, laws: Iterable[Acting], stretch: np.ndarray, rate: np.ndarray
+) -> np.ndarray:
+    """Rounding widths of the plant's law places: as stated, or a share of the motion.
+
+    Args:
+        plant: tells the places.
+        laws: what the rig says.
+        stretch: root mean square at each place, shape (places,) [m or rad].
+        rate: root mean square at each place, shape (places,) [m/s or rad/s].
+
+    Returns:
+        Shape (places, 2) [SI].
+    """
+    found = np.maximum(WIDTH * np.stack([stretch, rate], axis=1), 1e-12)
+    for acting in laws:
+        row = plant.law_places.index(acting.place)
+        for column, stated in enumerate((acting.stretch_width, acting.rate_width)):
+            if stated is not None:
+                found[row, column] = stated
+    return found
+
+
+def law_equilibrium(
+    mechanism: Mechanism,
+    numbers: Mapping[str, float],
+    hold: Hold,
+    laws: Iterable[Acting],
+    rounding: Mapping[str, tuple[float, float]],
+) -> np.ndarray:
+    """Balance under the force that holds one place displaced, with laws in force.
+
+    Args:
+        mechanism: chain or robot.
+        numbers: its numbers by name [SI].
+        hold: the place and its displacement.
+        laws: what acts.
+        rounding: widths in (stretch, rate) of each place [SI].
+
+    Returns:
+        Coordinates, shape (n,) [m or rad].
+
+    Raises:
+        ValueError: where none was found.
+
+    Source: Newton's method from the linear balance, the laws' strengths raised in steps.
+    """
+    n = len(mechanism.coordinates)
+    stiffness = stiffness_matrix(mechanism.rows(numbers))[:n, :n]
+    push, seen = hold_rows(mechanism, numbers, hold)
+    placed = [
+        (acting, *mechanism.place_rows(acting.place, numbers), rounding[acting.place])
+        for acting in laws
+    ]
+
+    def imbalance(unknown: jax.Array, share: float) -> jax.Array:
+        q = unknown[:n]
+        force = stiffness @ q - push * unknown[n]
+        for acting, rows, k, c, (wide, fast) in placed:
+            assert acting.law.force is not None
+            stretch = rows[:, :n] @ q
+            here = Place(k, c, wide, fast)
+            pull = acting.law.force(acting.strength, stretch, 0.0 * stretch, here)
+            force = force + share * rows[:, :n].T @ pull
+        return jnp.append(force, seen @ q - hold.displacement)
+
+    start, force = equilibrium(mechanism, numbers, hold)
+    unknown = jnp.append(start, force)
+    check_balance(np.asarray(start), np.asarray(seen @ start), hold)
+    slope = jax.jit(jax.jacfwd(imbalance))
+    for share in np.linspace(0.0, 1.0, RAMPS + 1)[1:]:
+        for _ in range(NEWTON_STEPS):
+            move = jnp.linalg.solve(slope(unknown, share), imbalance(unknown, share))
+            unknown = unknown - move
+            if not np.max(np.abs(move)) > 1e-12 * np.max(np.abs(unknown)):
+                break
+    left = np.abs(np.asarray(imbalance(unknown, 1.0))[:n])
+    size = np.max(np.abs(stiffness) @ np.abs(unknown[:n])) + abs(float(unknown[n]))
+    settled = np.all(left <= 1e-6 * size)
+    found = np.asarray(unknown[:n]) if settled else np.full(n, np.nan)
+    check_balance(found, np.asarray(seen @ found), hold)
+    return found
+
+
+def march(
+    plant: Plant,
+    z: np.ndarray,
+    drive: Drive,
+    times: np.ndarray,
+    rounding: np.ndarray,
+    refinement: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """States and law forces at the samples; the motion is cut where the drive jumps.
+
+    A constant force is exact up to the integrator. A sine is marched as a broken line whose
+    fundamental is that sine, at least `POINTS_PER_WAVE` points a wave.
+
+    Args:
+        plant: mechanism with its law places and the drive's port.
+        z: numbers, strengths and start state, see `Plant` [SI].
+        drive: what drives it.
+        times: uniform samples [s].
+        rounding: widths of the law places, shape (places, 2) [SI].
+        refinement: steps a sample.
+
+    Returns:
+        states (t, 2 n) and law forces (t, law rows) [SI].
+    """
+    step = float(times[1] - times[0])
+    last = len(times) - 1
+    per_wave = POINTS_PER_WAVE * drive.frequency * step / (2 * np.pi)
+    runner = _Runner(plant, z, drive, rounding, step)
+    fine = max(refinement, int(np.ceil(per_wave)) * refinement)
+    x = z[plant.slots["start"]]
+    states = np.zeros((last + 1, len(x)))
+    forces: np.ndarray | None = None
+    for begin, end in pairwise([0.0, *_cuts(drive, step, last), last * step]):
+        first, final = int(np.ceil(begin / step - ON_SAMPLE)), int(end / step + ON_SAMPLE)
+        if first > final:
+            x = runner.across(x, begin, end - begin)
+            continue
+        x = runner.across(x, begin, first * step - begin)
+        run, pull = runner.run(x, first * step, step / fine, (final - first) * fine)
+        states[first : final + 1] = run[::fine]
+        forces = np.zeros((last + 1, pull.shape[1])) if forces is None else forces
+        forces[first : final + 1] = pull[::fine]
+        x = runner.across(run[-1], final * step, end - final * step)
+    assert forces is not None
+    return states, forces
+
+
+def _cuts(drive: Drive, step: float, last: int) -> list[float]:
+    """Jumps that the march must not step over: those between samples, and all of a sine."""
+    found = []
+    for edge in drive.edges:
+        on_sample = abs(edge / step - round(edge / step)) <= ON_SAMPLE
+        if 0.0 < edge < (last - ON_SAMPLE) * step and (drive.frequency or not on_sample):
+            found.append(round(edge / step) * step if on_sample else edge)
+    return found
+
+
+@dataclass(frozen=True)
+class _Runner:
+    plant: Plant
+    z: np.ndarray
+    drive: Drive
+    rounding: np.ndarray
+    step: float
+
+    def across(self, x: np.ndarray, begin: float, length: float) -> np.ndarray:
+        """State after a part of a sampling interval, `length` [s]."""
+        if length <= ON_SAMPLE * self.step:
+            return x
+        return self.run(x, begin, length / CHUNK, CHUNK)[0][-1]
+
+    def run(
+        self, x: np.ndarray, begin: float, node: float, count: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """States and law forces at `count` + 1 nodes from `begin` on, `node` apart [s]."""
+        states, forces = [], []
+        for low in range(0, max(count, 1), CHUNK):
+            at = begin + node * (low + np.arange(CHUNK + 1))
+            z = self.z.copy()
+            z[self.plant.slots["start"]] = x
+            run, pull = state_history(
+                self.plant, 1, jnp.asarray(z), self._inputs(at, begin, node), node,
+                jnp.asarray(self.rounding),
+            )  # fmt: skip
+            kept = slice(0 if low == 0 else 1, min(CHUNK, count - low) + 1)
+            states.append(run[kept])
+            forces.append(pull[kept])
+            x = run[kept][-1]
+        return np.concatenate(states), np.concatenate(forces)
+
+    def _inputs(self, at: np.ndarray, begin: float, node: float) -> jax.Array:
+        drive, tolerance = self.drive, ON_SAMPLE * self.step
+        if not drive.ports:
+            return jnp.zeros((len(at), 0))
+        if not drive.frequency:
+            return jnp.asarray(drive.level(at, tolerance)[:, None])
+        level = drive.level(np.array([begin]), tolerance)[0]
+        fundamental = np.sinc(drive.frequency * node / (2 * np.pi)) ** 2
+        wave = level / fundamental * np.sin(drive.frequency * (at - drive.edges[0]))
+        return jnp.asarray(wave[:, None])

@@ -1,0 +1,447 @@
+"""respond(mechanism, numbers, drive, times) -> Motion; and the same for many designs at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .drives import ON_SAMPLE, Drive, Hold, check_balance, equilibrium, hold_rows
+from .extended import Acting, acting_laws, law_equilibrium, law_places, march, strengths, widths
+from .linear import Array, Mechanism, Port, StateSpace, discretize, state_space
+from .respond import Plant, numbers_vector
+
+BLOCK = 64
+"""Samples that one power of the transition matrix jumps over [-]; a power of two."""
+
+TILE = 256
+"""Designs that are computed at once [-]; the last tile is filled up."""
+
+TOLERANCE = 1e-6
+"""Largest estimated error of a motion with laws, as a share of its largest value [-]."""
+
+FOURTH_ORDER = 15.0
+"""What halved steps change, over the error that they leave: 2^4 - 1 [-]."""
+
+MOST_REFINEMENT = 64
+"""Most steps a sample that a motion with laws is given [-]."""
+
+CONVERGED, NOT_CONVERGED = "converged", "not_converged"
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How a mechanism moves.
+
+    Attributes:
+        times: shape (t,) [s].
+        names: the coordinates.
+        positions: shape (t, coordinates) [m or rad].
+        velocities: shape (t, coordinates) [m/s or rad/s].
+        accelerations: shape (t, coordinates); where the drive jumps, that after the jump
+            [m/s^2 or rad/s^2].
+        sensors: what was asked for.
+        samples: shape (t, sensors) [SI unit of each sensor].
+        error: estimated error of the worst state as a share of its largest value; 0 where the
+            response is exact [-].
+        refinement: steps of the integrator a sample; 1 where the response is exact [-].
+    """
+
+    times: np.ndarray
+    names: tuple[str, ...]
+    positions: np.ndarray
+    velocities: np.ndarray
+    accelerations: np.ndarray
+    sensors: tuple[Port, ...]
+    samples: np.ndarray
+    error: float = 0.0
+    refinement: int = 1
+
+    @property
+    def status(self) -> str:
+        """``converged``, or ``not_converged`` where `error` exceeds the tolerance."""
+        return CONVERGED if self.error <= TOLERANCE else NOT_CONVERGED
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Every curve by its name in a table, ``time`` first [SI].
+
+        Raises:
+            ValueError: where two curves would have the same name.
+        """
+        named = [("time", self.times)]
+        parts = (("", self.positions), ("_velocity", self.velocities))
+        for ending, values in (*parts, ("_acceleration", self.accelerations)):
+            named += [(name + ending, values[:, i]) for i, name in enumerate(self.names)]
+        for index, port in enumerate(self.sensors):
+            named.append((sensor_name(port), self.samples[:, index]))
+        table = dict(named)
+        if len(table) < len(named):
+            names = [name for name, _ in named]
+            twice = next(name for name in names if names.count(name) > 1)
+            raise ValueError(
+                f"motion: expected columns of different names, found '{twice}' twice. "
+                "Mend: rename that mass, or ask for each sensor once."
+            )
+        return table
+
+
+def sensor_name(port: Port) -> str:
+    """Name of a sensor's column: ``PLACE:QUANTITY:FRAME``."""
+    return f"{port.place}:{port.quantity}:{port.frame}"
+
+
+def respond(
+    mechanism: Mechanism,
+    numbers: Mapping[str, float],
+    drive: Drive,
+    times: np.ndarray,
+    sensors: tuple[Port, ...] = (),
+    laws: Iterable[Mapping[str, Any]] = (),
+) -> Motion:
+    """One motion: exact for a linear rig, by a refined implicit integrator where laws act.
+
+    Args:
+        mechanism: chain or robot.
+        numbers: its numbers by name [SI].
+        drive: what moves it, see `supple.model.drives`.
+        times: uniform samples from 0 on, at least two [s].
+        sensors: what to measure beside the coordinates.
+        laws: tables of an extended rig: ``law``, ``place``, ``parameters``; laws of sensors are
+            passed over.
+
+    Returns:
+        The motion. With laws, steps are halved until the error that this shows is within
+        `TOLERANCE`; where `MOST_REFINEMENT` is not enough, its status says so.
+
+    Raises:
+        ValueError: for times that are not uniform, numbers that are missing, a law that does not
+            fit, a release without a balance, or a motion that grows beyond all bounds.
+
+    Source: tests/model/test_motion.py, against scipy's expm and solve_ivp.
+    """
+    times = _uniform(times)
+    numbers = {name: float(number) for name, number in _numbers(mechanism, numbers).items()}
+    acting = acting_laws(laws, mechanism)
+    plan = _Plan(mechanism, drive.ports, sensors, drive.hold, _exo(drive), True)
+    table = {name: np.array([value]) for name, value in numbers.items()}
+    linear = _tile(plan, table, drive, times)[0]
+    n = len(mechanism.coordinates)
+    if not acting:
+        parts = np.split(linear, [n, 2 * n, 3 * n], axis=1)
+        return Motion(times, mechanism.coordinates, *parts[:3], sensors, _finite(parts[3]))
+    return _respond_with_laws(plan, numbers, drive, times, acting, linear[:, : 2 * n])
+
+
+def respond_batch(
+    mechanism: Mechanism,
+    table: Mapping[str, float | np.ndarray],
+    drive: Drive,
+    times: np.ndarray,
+    sensors: tuple[Port, ...],
+) -> np.ndarray:
+    """The exact linear response of many designs at once, at the sensors.
+
+    Args:
+        mechanism: chain or robot.
+        table: its numbers by name: one for all, or an array of shape (designs,) [SI].
+        drive: what moves every design.
+        times: uniform samples from 0 on, at least two [s].
+        sensors: what is measured, at least one.
+
+    Returns:
+        Samples, shape (designs, t, sensors) [SI].
+
+    Raises:
+        ValueError: as for `respond`; also for arrays of different lengths.
+
+    Source: as for `respond`; `supple.studies.benchmark` times it.
+    """
+    times = _uniform(times)
+    named = {name: np.asarray(v, float) for name, v in _numbers(mechanism, table).items()}
+    lengths = {value.size for value in named.values() if value.ndim}
+    if len(lengths) > 1 or any(value.ndim > 1 for value in named.values()):
+        raise ValueError(
+            f"designs: expected arrays of one length, found {sorted(lengths)}. "
+            "Mend: give every number one value for each design, or one for all."
+        )
+    count = lengths.pop() if lengths else 1
+    whole = {name: np.broadcast_to(value, (count,)) for name, value in named.items()}
+    plan = _Plan(mechanism, drive.ports, sensors, drive.hold, _exo(drive), False)
+    found = np.empty((count, len(times), len(sensors)))
+    tile = min(TILE, count)
+    for low in range(0, count, tile):
+        chosen = np.minimum(np.arange(low, low + tile), count - 1)
+        part = _tile(plan, {name: value[chosen] for name, value in whole.items()}, drive, times)
+        found[low : low + tile] = part[: count - low]
+    return _finite(found)
+
+
+def _numbers(mechanism: Mechanism, given: Mapping[str, Any]) -> dict[str, Any]:
+    missing = [name for name in mechanism.names if name not in given]
+    if missing:
+        raise ValueError(
+            f"numbers: expected every number of the rig, found none for '{missing[0]}'. "
+            "Mend: add it."
+        )
+    return {name: given[name] for name in mechanism.names}
+
+
+def _uniform(times: np.ndarray) -> np.ndarray:
+    times = np.asarray(times, dtype=float)
+    step = (times[-1] - times[0]) / (len(times) - 1) if times.ndim == 1 and len(times) > 1 else 0.0
+    if not step > 0 or times[0] != 0 or np.ptp(np.diff(times)) > 1e-6 * step:
+        raise ValueError(
+            "times: expected at least two uniform samples from 0 on [s], found others. "
+            "Mend: give np.arange(count) / sample_rate."
+        )
+    return times
+
+
+def _finite(values: np.ndarray) -> np.ndarray:
+    if not np.all(np.isfinite(values)):
+        raise ValueError(
+            "motion: expected one that stays bounded, found one that grows beyond all numbers. "
+            "Mend: look for a law or a constant of the wrong sign or size, or simulate less long."
+        )
+    return values
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """What is compiled for: everything about a linear response that is not a number."""
+
+    mechanism: Mechanism
+    inputs: tuple[Port, ...]
+    sensors: tuple[Port, ...]
+    hold: Hold | None
+    exo: int  # states of the drive: 0 none, 1 constant between jumps, 2 sine
+    whole: bool  # all states and accelerations besides the sensors
+
+
+@dataclass(frozen=True)
+class _Jumps:
+    """Where a drive jumps: the sample on which it lands, the time left until then, and by what."""
+
+    samples: np.ndarray  # (jumps,)
+    parts: np.ndarray  # distinct times from a jump to its sample (parts,) [s]
+    part: np.ndarray  # which of these, (jumps,)
+    changes: np.ndarray  # of the drive's states, (jumps, exo)
+
+
+def _exo(drive: Drive) -> int:
+    return 0 if drive.port is None else (2 if drive.frequency else 1)
+
+
+def _jumps(drive: Drive, step: float, count: int) -> _Jumps:
+    """The jumps up to the last sample."""
+    edges, levels = np.asarray(drive.edges), np.asarray(drive.levels)
+    position = edges / step
+    landing = np.ceil(position - ON_SAMPLE)
+    left = np.maximum(landing - position, 0.0)
+    left[left <= ON_SAMPLE] = 0.0
+    change = np.diff(levels, prepend=0.0)
+    phase = drive.frequency * (edges - edges[0]) if len(edges) else edges
+    columns = [change * np.sin(phase), change * np.cos(phase)] if drive.frequency else [change]
+    kept = landing < count
+    parts, part = np.unique(np.round(left[kept], 12) * step, return_inverse=True)
+    changes = np.stack(columns, axis=1)[kept]
+    return _Jumps(landing[kept].astype(int), parts, part.reshape(-1), changes)
+
+
+def _tile(
+    plan: _Plan, table: Mapping[str, np.ndarray], drive: Drive, times: np.ndarray
+) -> np.ndarray:
+    """Outputs of the designs of one tile, shape (designs, t, outputs)."""
+    step, count = float(times[-1]) / (len(times) - 1), len(times)
+    blocks = -(-count // BLOCK)
+    held = 0.0 if plan.hold is None else plan.hold.displacement
+    if plan.exo:
+        jumps = _jumps(drive, step, count)
+        marks = (jumps.samples, jumps.parts, jumps.part, jumps.changes)
+    else:
+        marks = (np.zeros(0, int), np.zeros(0), np.zeros(0, int), np.zeros((0, 0)))
+    bare = None if plan.hold is None else Hold(plan.hold.place, plan.hold.frame, 0.0)
+    static = _Plan(plan.mechanism, plan.inputs, plan.sensors, bare, plan.exo, plan.whole)
+    outputs, start, seen = _designs(static, blocks, table, step, drive.frequency, held, *marks)
+    if plan.hold is not None:
+        check_balance(np.asarray(start), np.asarray(seen), plan.hold)
+    return np.asarray(outputs)[:, :count]
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _designs(
+    plan: _Plan, blocks: int, table: Mapping[str, Array], *numbers: Any
+) -> tuple[Array, Array, Array]:
+    def one(p: Mapping[str, Array]) -> tuple[Array, Array, Array]:
+        return _linear(plan, blocks, p, *numbers)
+
+    return jax.vmap(one)(table)
+
+
+def _linear(
+    plan: _Plan,
+    blocks: int,
+    p: Mapping[str, Array],
+    step: Array,
+    frequency: Array,
+    held: Array,
+    samples: Array,
+    parts: Array,
+    part: Array,
+    changes: Array,
+) -> tuple[Array, Array, Array]:
+    """Outputs (blocks * BLOCK, outputs), start coordinates, displacement held."""
+    space = state_space(plan.mechanism, p, plan.inputs, plan.sensors)
+    n = len(plan.mechanism.coordinates)
+    start, seen = jnp.zeros(n), jnp.zeros(())
+    if plan.hold is not None:
+        unit, _ = equilibrium(plan.mechanism, p, Hold(plan.hold.place, plan.hold.frame, 1.0))
+        start = held * unit
+        seen = hold_rows(plan.mechanism, p, plan.hold)[1] @ start
+    a, c, size = _with_drive(plan, space, step, frequency)
+    lengths = jnp.concatenate([jnp.asarray(step)[None], parts])
+    over = jax.vmap(lambda length: _transition(a, length))(lengths)
+    powers = [over[0]]
+    for _ in range(BLOCK.bit_length() - 1):
+        powers.append(powers[-1] @ powers[-1])
+    look = c[None]  # c A^k, by doubling
+    for power in powers[:-1]:
+        look = jnp.concatenate([look, look @ power])
+    first = jnp.zeros(a.shape[0]).at[:n].set(start)
+    if len(parts):
+        jumps = jnp.einsum("jze,je->jz", over[1 + part][:, :, 2 * n :], changes / size)
+        kicks, own = _landed(jumps, samples, powers, look, blocks)
+    else:
+        kicks, own = jnp.zeros((blocks, len(first))), jnp.zeros(())
+    _, starts = jax.lax.scan(
+        lambda x, kick: (jnp.sum(powers[-1] * x[None], axis=1) + kick, x), first, kicks
+    )
+    outputs = jnp.einsum("bz,krz->bkr", starts, look) + own
+    return outputs.reshape(blocks * BLOCK, -1), start, seen
+
+
+def _transition(a: Array, step: Array) -> Array:
+    return discretize(a, jnp.zeros((a.shape[0], 0)), step, 1)[0]
+
+
+def _with_drive(
+    plan: _Plan, space: StateSpace, step: Array, frequency: Array
+) -> tuple[Array, Array, Array]:
+    """State matrix and outputs with the drive as states of its own, and the unit of these [N]."""
+    n2 = space.a.shape[0]
+    total = n2 + plan.exo
+    a = jnp.zeros((total, total)).at[:n2, :n2].set(space.a)
+    c, d = space.c, space.d
+    if plan.whole:
+        n = n2 // 2
+        c = jnp.concatenate([jnp.eye(n2), space.a[n:], c])
+        d = jnp.concatenate([jnp.zeros((n2, d.shape[1])), space.b[n:], d])
+    c = jnp.concatenate([c, jnp.zeros((c.shape[0], plan.exo))], axis=1)
+    if not plan.exo:
+        return a, c, jnp.ones(())
+    largest = jnp.max(jnp.abs(space.b)) * step
+    size = 1.0 / jnp.where(largest > 0, largest, 1.0)
+    a = a.at[:n2, n2].set(space.b[:, 0] * size)
+    c = c.at[:, n2].set(d[:, 0] * size)
+    if plan.exo == 2:  # (sine, cosine) turn into each other
+        a = a.at[n2, n2 + 1].set(frequency).at[n2 + 1, n2].set(-frequency)
+    return a, c, size
+
+
+def _landed(
+    jumps: Array, samples: Array, powers: list[Array], look: Array, blocks: int
+) -> tuple[Array, Array]:
+    """What jumps do: to the state at the end of their block, and to outputs inside it."""
+    block, inside = samples // BLOCK, samples % BLOCK
+    carried = jumps
+    for bit, power in enumerate(powers):  # by the power BLOCK - inside
+        wanted = ((BLOCK - inside) >> bit) & 1
+        carried = jnp.where(wanted[:, None] == 1, carried @ power.T, carried)
+    kicks = jnp.zeros((blocks, jumps.shape[1])).at[block].add(carried)
+    after = jnp.einsum("jz,krz->jkr", jumps, look)
+    behind = jnp.arange(BLOCK)[None] - inside[:, None]
+    shifted = jnp.take_along_axis(after, jnp.maximum(behind, 0)[:, :, None], axis=1)
+    shifted = jnp.where(behind[:, :, None] >= 0, shifted, 0.0)
+    own = jnp.zeros((blocks, *look.shape[:2])).at[block].add(shifted)
+    return kicks, own
+
+
+def _respond_with_laws(
+    plan: _Plan,
+    numbers: Mapping[str, float],
+    drive: Drive,
+    times: np.ndarray,
+    laws: tuple[Acting, ...],
+    linear: np.ndarray,
+) -> Motion:
+    mechanism, places = plan.mechanism, law_places(laws)
+    plant = Plant(mechanism, plan.inputs, (), places)
+    z = numbers_vector(plant, numbers)
+    z[plant.slots["strengths"]] = strengths(plant, laws)
+    matrices = _matrices(mechanism, plan.inputs, plan.sensors, places, numbers)
+    space = StateSpace(**{name: np.asarray(matrix) for name, matrix in matrices.items()})
+    rounding = _rounding(plant, space, numbers, laws, linear)
+    if drive.hold is not None:
+        known = dict(zip(places, map(tuple, rounding), strict=True))
+        held = law_equilibrium(mechanism, numbers, drive.hold, laws, known)
+        z[plant.slots["start"]][: len(held)] = held
+    states, forces, error, refinement = _refined(plant, z, drive, times, rounding)
+    felt = np.concatenate([drive.sampled(times), forces], axis=1)
+    n = len(mechanism.coordinates)
+    bend = states @ space.a[n:].T + felt @ space.b[n:].T
+    samples = states @ space.c.T + felt @ space.d.T
+    return Motion(
+        times, mechanism.coordinates, states[:, :n], states[:, n:], bend, plan.sensors, samples,
+        error, refinement,
+    )  # fmt: skip
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2, 3))
+def _matrices(
+    mechanism: Mechanism,
+    inputs: tuple[Port, ...],
+    sensors: tuple[Port, ...],
+    places: tuple[str, ...],
+    numbers: Mapping[str, Array],
+) -> dict[str, Array]:
+    """The matrices of a state space, compiled as one."""
+    return vars(state_space(mechanism, numbers, inputs, sensors, places))
+
+
+def _refined(
+    plant: Plant, z: np.ndarray, drive: Drive, times: np.ndarray, rounding: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float, int]:
+    """States, law forces, estimated error and steps a sample, halved until they settle."""
+    refinement, error = 1, np.inf
+    states, forces = march(plant, z, drive, times, rounding, refinement)
+    while error > TOLERANCE and refinement < MOST_REFINEMENT:
+        refinement *= 2
+        finer, forces = march(plant, z, drive, times, rounding, refinement)
+        _finite(finer)
+        size = np.maximum(np.max(np.abs(finer), axis=0), 1e-300)
+        change = np.max(np.abs(finer - states) / size) / FOURTH_ORDER
+        error = float(change) if np.isfinite(change) else np.inf
+        states = finer
+    return states, forces, error, refinement
+
+
+def _rounding(
+    plant: Plant,
+    space: StateSpace,
+    numbers: Mapping[str, float],
+    laws: tuple[Acting, ...],
+    linear: np.ndarray,
+) -> np.ndarray:
+    """Widths of the law places: as the rig states, or a share of the linear motion there."""
+    rows = [len(plant.mechanism.place_rows(place, numbers)[1]) for place in plant.law_places]
+    ends = np.cumsum(rows)[:-1]
+    sizes = []
+    for look in (space.stretch, space.rate):
+        moved = np.mean((linear @ look.T) ** 2, axis=0)
+        sizes.append(np.array([np.sqrt(np.mean(part)) for part in np.split(moved, ends)]))
+    return widths(plant, laws, *sizes)

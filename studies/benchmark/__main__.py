@@ -1,0 +1,44 @@
+"""Prints how long a response takes, beside scipy's solve_ivp at the same accuracy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..engine import start_engine
+
+if TYPE_CHECKING:
+    from .responses import Row
+
+
+def main() -> None:
+    """Measure and print; a few tens of seconds."""
+    start_engine()
+    from .responses import BATCH, GOAL, HELP_GOAL, SAMPLES, help_seconds, linear, with_law
+
+    print(f"{'':<44}{'error':>10}{'one response':>14}{'ratio':>8}")
+    print(f"A linear response of {SAMPLES} samples, {BATCH} at once, to an impact on the robot")
+    rows = linear()
+    _show(rows)
+    equal = min(row.seconds for row in rows if row.matches) / rows[0].seconds
+    coarse = min(row.seconds for row in rows[1:]) / rows[0].seconds
+    met = "met" if equal >= GOAL else "MISSED"
+    print(f"  {equal:.0f} times faster at the same accuracy (goal {GOAL}: {met}),")
+    print(f"  {coarse:.0f} times faster than the fastest setting, however coarse")
+    print(f"A response of {SAMPLES} samples with friction in the wrist, alone")
+    _show(with_law())
+    print("* the fastest setting of solve_ivp that is as accurate, or its most accurate one")
+    seconds = help_seconds()
+    met = "met" if seconds <= HELP_GOAL else "MISSED"
+    print(f"supple --help: {seconds:.2f} s (goal {HELP_GOAL} s: {met})")
+
+
+def _show(rows: list[Row]) -> None:
+    for row in rows:
+        ratio = "" if row is rows[0] else f"{row.seconds / rows[0].seconds:.3g}"
+        mark = " *" if row.matches else ""
+        line = f"  {row.name:<42}{row.error:>10.1e}{row.seconds * 1e6:>11.0f} us{ratio:>8}{mark}"
+        print(line)
+
+
+if __name__ == "__main__":
+    main()

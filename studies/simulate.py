@@ -1,0 +1,227 @@
+"""How does this rig move under that drive? One motion, as a table of curves."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .engine import start_engine
+
+if TYPE_CHECKING:
+    from ..model.linear import Mechanism, Port
+    from ..model.motion import Motion
+    from ..model.rig import Rig
+
+FRAMES = ("absolute", "collet")
+MOVES = ("position", "velocity", "acceleration")
+TURNS = ("angle", "angular_velocity", "angular_acceleration")
+_RATES = ("", "/s", "/s^2")
+
+
+def simulate_rig(
+    rig_path: Path,
+    drive_path: Path,
+    sensors: Sequence[str] = (),
+    out: Path | None = None,
+    seed: int = 0,
+) -> tuple[dict[str, Any], bool]:
+    """Simulates one motion and writes ``motion.csv``.
+
+    Args:
+        rig_path: the rig; laws that a diagnosis added to it are in force.
+        drive_path: the drive.
+        sensors: ``PLACE:QUANTITY:FRAME`` each.
+        out: folder for ``motion.csv``; nothing is written where None.
+        seed: kept in the provenance; nothing here is drawn by chance.
+
+    Returns:
+        A summary that JSON can hold, and whether the motion can be trusted.
+
+    Raises:
+        ValueError: for the first fault of the rig, the drive or a sensor.
+    """
+    from ..model.door import write_beside
+    from ..model.drive_file import read_drive
+    from ..model.rig import read_rig
+
+    began = time.perf_counter()
+    rig, spec = read_rig(rig_path), read_drive(drive_path)
+    start_engine()
+    import numpy as np
+
+    from ..model.drives import drive_of
+    from ..model.extended import acting_laws
+    from ..model.mechanism import mechanism_of
+    from ..model.motion import CONVERGED, respond
+
+    mechanism = mechanism_of(rig)
+    ports = tuple(sensor_port(text, rig, mechanism) for text in sensors)
+    drive = drive_of(spec, mechanism)
+    numbers = {name: number.value for name, number in rig.parameters.items()}
+    count = round(spec.duration * spec.sample_rate)
+    at_fault = rig.path
+    try:
+        acting = acting_laws(rig.laws, mechanism)
+        at_fault = spec.path
+        times = np.arange(count) / spec.sample_rate
+        motion = respond(mechanism, numbers, drive, times, ports, rig.laws)
+        columns = motion.columns()
+    except ValueError as error:
+        raise ValueError(f"{at_fault}: {error}") from None
+    if out is not None:
+        write_beside(out / "motion.csv", csv_text(columns))
+    units = _units(rig, motion)
+    forced = [{"law": a.law.name, "place": a.place, "strength": a.strength} for a in acting]
+    result = {
+        "status": motion.status,
+        "rig": rig.path.name,
+        "model": rig.model or "chain",
+        "drive": {"kind": spec.kind, "place": spec.place},
+        "samples": count,
+        "sample_rate": spec.sample_rate,
+        "laws": forced,
+        "laws_passed_over": _passed_over(rig, forced),
+        "error": None if np.isinf(motion.error) else motion.error,
+        "columns": {name: _seen(values, units[name]) for name, values in columns.items()},
+        "provenance": _provenance(rig, spec.path, spec.sha256, seed, began),
+    }
+    return result, motion.status == CONVERGED
+
+
+def csv_text(columns: Mapping[str, Any]) -> str:
+    """A table as CSV with every digit that the numbers have.
+
+    Args:
+        columns: arrays of one length [SI] by name.
+
+    Returns:
+        A header and one line a sample.
+    """
+    import numpy as np
+
+    rows = np.stack(list(columns.values()), axis=1).tolist()
+    lines = [",".join(columns), *(",".join(map(repr, row)) for row in rows)]
+    return "\n".join(lines) + "\n"
+
+
+def sensor_port(text: str, rig: Rig, mechanism: Mechanism) -> Port:
+    """A sensor as it is asked for, checked against the rig.
+
+    Args:
+        text: ``PLACE:QUANTITY:FRAME``.
+        rig: tells the places.
+        mechanism: tells what turns and what moves.
+
+    Returns:
+        Where it sits and what it sees [-].
+
+    Raises:
+        ValueError: where the rig has no such sensor.
+    """
+    from ..model.door import nearest, one_of
+    from ..model.linear import Port
+
+    def refuse(expected: str, found: str, mend: str) -> ValueError:
+        line = f"--sensor {text!r}: expected {expected}, found '{found}'. Mend: {mend}."
+        return ValueError(" ".join(line.split()))
+
+    parts = text.split(":")
+    if len(parts) != 3:
+        mend = "write one such as clubhead:acceleration:collet"
+        raise refuse("PLACE:QUANTITY:FRAME", text, mend)
+    place, quantity, frame = parts
+    known = sensor_quantities(rig, mechanism)
+    for expected, found in ((known, place), (known.get(place, ()), quantity), (FRAMES, frame)):
+        if found not in expected:
+            like = nearest(found, expected) or next(iter(expected))
+            raise refuse(f"{one_of(expected)} in {rig.path.name}", found, f"write '{like}'")
+    if rig.kind == "chain" and frame != "absolute":
+        raise refuse("'absolute': a chain has no collet", frame, "write 'absolute'")
+    return Port(place, quantity, frame)
+
+
+def sensor_quantities(rig: Rig, mechanism: Mechanism) -> dict[str, tuple[str, ...]]:
+    """What can be seen at each place of a rig [-]."""
+    if rig.kind == "chain":
+        seen = TURNS if rig.motion == "rotation" else (*MOVES, "deflection")
+        return dict.fromkeys(mechanism.law_places(), seen)
+    bend = ("deflection", "strain")
+    found = {"clubhead": (*MOVES, *bend), "grip": (*MOVES, *TURNS), "shaft": bend}
+    turning = "collet_angle" in mechanism.coordinates
+    return found | (dict.fromkeys(("collet", "wrist", "hand"), TURNS) if turning else {})
+
+
+def _units(rig: Rig, motion: Motion) -> dict[str, str]:
+    from ..model.chain import DERIVATIVES
+    from ..model.motion import sensor_name
+
+    units = {"time": "s"}
+    for name in motion.names:
+        turns = rig.motion == "rotation" or (rig.kind == "robot" and name.endswith("angle"))
+        for ending, rate in zip(("", "_velocity", "_acceleration"), _RATES, strict=True):
+            units[name + ending] = ("rad" if turns else "m") + rate
+    for port in motion.sensors:
+        base = "rad" if port.quantity in TURNS else "m"
+        unit = base + _RATES[DERIVATIVES[port.quantity]]
+        units[sensor_name(port)] = "1" if port.quantity == "strain" else unit
+    return units
+
+
+def _seen(values: Any, unit: str) -> dict[str, Any]:
+    return {
+        "unit": unit,
+        "lowest": float(values.min()),
+        "highest": float(values.max()),
+        "rms": float((values**2).mean() ** 0.5),
+    }
+
+
+def _passed_over(rig: Rig, forced: list[dict[str, Any]]) -> list[dict[str, str]]:
+    """Laws of sensors: they fault what is measured, and nothing is measured here."""
+    used = {(each["law"], each["place"]) for each in forced}
+    listed = [{"law": str(law["law"]), "place": str(law["place"])} for law in rig.laws]
+    return [law for law in listed if (law["law"], law["place"]) not in used]
+
+
+def _provenance(rig: Rig, drive: Path, sha256: str, seed: int, began: float) -> dict[str, Any]:
+    from .. import __version__
+
+    inputs = {str(rig.path): rig.sha256, str(drive): sha256}
+    seconds = round(time.perf_counter() - began, 3)
+    return {"version": __version__, "inputs": inputs, "seed": seed, "seconds": seconds}
+
+
+def show_motion(result: Mapping[str, Any]) -> None:
+    """Prints what moved, and how far, as a table.
+
+    Args:
+        result: of `simulate_rig`.
+    """
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False, markup=False)
+    drive = result["drive"]
+    console.print(
+        f"{result['rig']} ({result['model']}) under a drive of kind '{drive['kind']}' at "
+        f"'{drive['place']}': {result['samples']} samples at {result['sample_rate']:.6g} Hz."
+    )
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("curve", overflow="fold")
+    for heading in ("lowest", "highest", "rms"):
+        table.add_column(heading, justify="right")
+    table.add_column("unit")
+    for name, one in result["columns"].items():
+        if name != "time":
+            figures = (f"{one[key]:.5g}" for key in ("lowest", "highest", "rms"))
+            table.add_row(name, *figures, one["unit"])
+    console.print(table)
+    for law in result["laws"]:
+        console.print(f"In force: {law['law']} of {law['strength']:.5g} at '{law['place']}'.")
+    for law in result["laws_passed_over"]:
+        console.print(f"! Passed over: {law['law']} of '{law['place']}', a law of a sensor.")
+    if result["status"] != "converged":
+        console.print("! Not converged: the steps were not fine enough. Raise the sample_rate.")
