@@ -86,6 +86,9 @@ def bucket(count: int) -> int:
     return power
 
 
+BLOW = 0.01
+"""How long an impact that no channel recorded is taken to last [s]."""
+
 FADED = 0.05
 """A free decay is used until it has fallen below this share of its start [-]: what is left tells
 of other, smaller things."""
@@ -98,7 +101,7 @@ def _faded(record: Record, start: int) -> int:
         first = max(0, round((start / rate - channel.start_time) * channel.sample_rate))
         values = channel.values[first:]
         swing = np.abs(values - np.mean(values[-max(8, len(values) // 3) :]))
-        loud = np.flatnonzero(swing > FADED * np.max(swing))
+        loud = np.flatnonzero(swing > FADED * np.quantile(swing, 0.97))
         seconds = channel.start_time + (first + int(loud[-1]) + 1) / channel.sample_rate
         ends.append(int(np.ceil(seconds * rate)))
     return min(max(ends), len(record.times))
@@ -211,7 +214,14 @@ def _window(record: Record) -> tuple[int, str]:
     at = record.start.get("at")
     driven = [channel for channel in record.inputs if np.ptp(channel.values) > 0]
     if at is not None and not driven:
-        return round(at * rate), f"release or impact at {at:g} s, as the sidecar says"
+        if record.test == "impact":
+            after = max(3 / rate, BLOW)
+            return (
+                round((at + after) * rate),
+                f"used from {1e3 * after:.0f} ms after the impact at {at:g} s; the blow itself is "
+                "not modelled",
+            )
+        return round(at * rate), f"used from the release at {at:g} s, as the sidecar says"
     if record.test in ("decay", "impact") and not driven:
         channel = max(record.responses, key=lambda c: len(c.values))
         index = free_from(channel.values, channel.sample_rate)

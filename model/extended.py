@@ -16,10 +16,11 @@ from .drives import ON_SAMPLE, Drive, Hold, check_balance, equilibrium, hold_row
 from .energies import stiffness_matrix
 from .law import Law, Place, library
 from .linear import Mechanism
-from .respond import Plant, state_history
+from .plant import Plant
+from .respond import state_history
 
 WIDTH = 0.01
-"""Corners of laws are rounded over this share of the root mean square motion, where not said [-]."""
+"""Share of the root mean square motion over which corners are rounded, where not stated [-]."""
 
 WIDTHS = ("stretch_width", "rate_width")
 """What a law's table may say about the rounding of its corners [m or rad, m/s or rad/s]."""

@@ -8,16 +8,13 @@ from functools import partial
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
-from .drives import ON_SAMPLE, Drive, Hold, check_balance, equilibrium, hold_rows
+from .drives import Drive
+from .exact import Plan, exact_outputs, plan_of
 from .extended import Acting, acting_laws, law_equilibrium, law_places, march, strengths, widths
-from .linear import Array, Mechanism, Port, StateSpace, discretize, state_space
-from .respond import Plant, numbers_vector
-
-BLOCK = 64
-"""Samples that one power of the transition matrix jumps over [-]; a power of two."""
+from .linear import Array, Mechanism, Port, state_space
+from .plant import Plant, numbers_vector
 
 TILE = 256
 """Designs that are computed at once [-]; the last tile is filled up."""
@@ -30,6 +27,9 @@ FOURTH_ORDER = 15.0
 
 MOST_REFINEMENT = 64
 """Most steps a sample that a motion with laws is given [-]."""
+
+MOST_STEPS = 4_000_000
+"""Most steps of one motion with laws [-]; some seconds."""
 
 CONVERGED, NOT_CONVERGED = "converged", "not_converged"
 
@@ -127,13 +127,13 @@ def respond(
     times = _uniform(times)
     numbers = {name: float(number) for name, number in _numbers(mechanism, numbers).items()}
     acting = acting_laws(laws, mechanism)
-    plan = _Plan(mechanism, drive.ports, sensors, drive.hold, _exo(drive), True)
+    plan = plan_of(mechanism, drive, sensors, whole=True)
     table = {name: np.array([value]) for name, value in numbers.items()}
-    linear = _tile(plan, table, drive, times)[0]
+    linear = exact_outputs(plan, table, drive, times)[0]
     n = len(mechanism.coordinates)
     if not acting:
-        parts = np.split(linear, [n, 2 * n, 3 * n], axis=1)
-        return Motion(times, mechanism.coordinates, *parts[:3], sensors, _finite(parts[3]))
+        q, v, a, samples = np.split(_finite(linear), [n, 2 * n, 3 * n], axis=1)
+        return Motion(times, mechanism.coordinates, q, v, a, sensors, samples)
     return _respond_with_laws(plan, numbers, drive, times, acting, linear[:, : 2 * n])
 
 
@@ -171,12 +171,14 @@ def respond_batch(
         )
     count = lengths.pop() if lengths else 1
     whole = {name: np.broadcast_to(value, (count,)) for name, value in named.items()}
-    plan = _Plan(mechanism, drive.ports, sensors, drive.hold, _exo(drive), False)
+    plan = plan_of(mechanism, drive, sensors)
     found = np.empty((count, len(times), len(sensors)))
     tile = min(TILE, count)
     for low in range(0, count, tile):
         chosen = np.minimum(np.arange(low, low + tile), count - 1)
-        part = _tile(plan, {name: value[chosen] for name, value in whole.items()}, drive, times)
+        part = exact_outputs(
+            plan, {name: value[chosen] for name, value in whole.items()}, drive, times
+        )
         found[low : low + tile] = part[: count - low]
     return _finite(found)
 
@@ -211,168 +213,8 @@ def _finite(values: np.ndarray) -> np.ndarray:
     return values
 
 
-@dataclass(frozen=True)
-class _Plan:
-    """What is compiled for: everything about a linear response that is not a number."""
-
-    mechanism: Mechanism
-    inputs: tuple[Port, ...]
-    sensors: tuple[Port, ...]
-    hold: Hold | None
-    exo: int  # states of the drive: 0 none, 1 constant between jumps, 2 sine
-    whole: bool  # all states and accelerations besides the sensors
-
-
-@dataclass(frozen=True)
-class _Jumps:
-    """Where a drive jumps: the sample on which it lands, the time left until then, and by what."""
-
-    samples: np.ndarray  # (jumps,)
-    parts: np.ndarray  # distinct times from a jump to its sample (parts,) [s]
-    part: np.ndarray  # which of these, (jumps,)
-    changes: np.ndarray  # of the drive's states, (jumps, exo)
-
-
-def _exo(drive: Drive) -> int:
-    return 0 if drive.port is None else (2 if drive.frequency else 1)
-
-
-def _jumps(drive: Drive, step: float, count: int) -> _Jumps:
-    """The jumps up to the last sample."""
-    edges, levels = np.asarray(drive.edges), np.asarray(drive.levels)
-    position = edges / step
-    landing = np.ceil(position - ON_SAMPLE)
-    left = np.maximum(landing - position, 0.0)
-    left[left <= ON_SAMPLE] = 0.0
-    change = np.diff(levels, prepend=0.0)
-    phase = drive.frequency * (edges - edges[0]) if len(edges) else edges
-    columns = [change * np.sin(phase), change * np.cos(phase)] if drive.frequency else [change]
-    kept = landing < count
-    parts, part = np.unique(np.round(left[kept], 12) * step, return_inverse=True)
-    changes = np.stack(columns, axis=1)[kept]
-    return _Jumps(landing[kept].astype(int), parts, part.reshape(-1), changes)
-
-
-def _tile(
-    plan: _Plan, table: Mapping[str, np.ndarray], drive: Drive, times: np.ndarray
-) -> np.ndarray:
-    """Outputs of the designs of one tile, shape (designs, t, outputs)."""
-    step, count = float(times[-1]) / (len(times) - 1), len(times)
-    blocks = -(-count // BLOCK)
-    held = 0.0 if plan.hold is None else plan.hold.displacement
-    if plan.exo:
-        jumps = _jumps(drive, step, count)
-        marks = (jumps.samples, jumps.parts, jumps.part, jumps.changes)
-    else:
-        marks = (np.zeros(0, int), np.zeros(0), np.zeros(0, int), np.zeros((0, 0)))
-    bare = None if plan.hold is None else Hold(plan.hold.place, plan.hold.frame, 0.0)
-    static = _Plan(plan.mechanism, plan.inputs, plan.sensors, bare, plan.exo, plan.whole)
-    outputs, start, seen = _designs(static, blocks, table, step, drive.frequency, held, *marks)
-    if plan.hold is not None:
-        check_balance(np.asarray(start), np.asarray(seen), plan.hold)
-    return np.asarray(outputs)[:, :count]
-
-
-@partial(jax.jit, static_argnums=(0, 1))
-def _designs(
-    plan: _Plan, blocks: int, table: Mapping[str, Array], *numbers: Any
-) -> tuple[Array, Array, Array]:
-    def one(p: Mapping[str, Array]) -> tuple[Array, Array, Array]:
-        return _linear(plan, blocks, p, *numbers)
-
-    return jax.vmap(one)(table)
-
-
-def _linear(
-    plan: _Plan,
-    blocks: int,
-    p: Mapping[str, Array],
-    step: Array,
-    frequency: Array,
-    held: Array,
-    samples: Array,
-    parts: Array,
-    part: Array,
-    changes: Array,
-) -> tuple[Array, Array, Array]:
-    """Outputs (blocks * BLOCK, outputs), start coordinates, displacement held."""
-    space = state_space(plan.mechanism, p, plan.inputs, plan.sensors)
-    n = len(plan.mechanism.coordinates)
-    start, seen = jnp.zeros(n), jnp.zeros(())
-    if plan.hold is not None:
-        unit, _ = equilibrium(plan.mechanism, p, Hold(plan.hold.place, plan.hold.frame, 1.0))
-        start = held * unit
-        seen = hold_rows(plan.mechanism, p, plan.hold)[1] @ start
-    a, c, size = _with_drive(plan, space, step, frequency)
-    lengths = jnp.concatenate([jnp.asarray(step)[None], parts])
-    over = jax.vmap(lambda length: _transition(a, length))(lengths)
-    powers = [over[0]]
-    for _ in range(BLOCK.bit_length() - 1):
-        powers.append(powers[-1] @ powers[-1])
-    look = c[None]  # c A^k, by doubling
-    for power in powers[:-1]:
-        look = jnp.concatenate([look, look @ power])
-    first = jnp.zeros(a.shape[0]).at[:n].set(start)
-    if len(parts):
-        jumps = jnp.einsum("jze,je->jz", over[1 + part][:, :, 2 * n :], changes / size)
-        kicks, own = _landed(jumps, samples, powers, look, blocks)
-    else:
-        kicks, own = jnp.zeros((blocks, len(first))), jnp.zeros(())
-    _, starts = jax.lax.scan(
-        lambda x, kick: (jnp.sum(powers[-1] * x[None], axis=1) + kick, x), first, kicks
-    )
-    outputs = jnp.einsum("bz,krz->bkr", starts, look) + own
-    return outputs.reshape(blocks * BLOCK, -1), start, seen
-
-
-def _transition(a: Array, step: Array) -> Array:
-    return discretize(a, jnp.zeros((a.shape[0], 0)), step, 1)[0]
-
-
-def _with_drive(
-    plan: _Plan, space: StateSpace, step: Array, frequency: Array
-) -> tuple[Array, Array, Array]:
-    """State matrix and outputs with the drive as states of its own, and the unit of these [N]."""
-    n2 = space.a.shape[0]
-    total = n2 + plan.exo
-    a = jnp.zeros((total, total)).at[:n2, :n2].set(space.a)
-    c, d = space.c, space.d
-    if plan.whole:
-        n = n2 // 2
-        c = jnp.concatenate([jnp.eye(n2), space.a[n:], c])
-        d = jnp.concatenate([jnp.zeros((n2, d.shape[1])), space.b[n:], d])
-    c = jnp.concatenate([c, jnp.zeros((c.shape[0], plan.exo))], axis=1)
-    if not plan.exo:
-        return a, c, jnp.ones(())
-    largest = jnp.max(jnp.abs(space.b)) * step
-    size = 1.0 / jnp.where(largest > 0, largest, 1.0)
-    a = a.at[:n2, n2].set(space.b[:, 0] * size)
-    c = c.at[:, n2].set(d[:, 0] * size)
-    if plan.exo == 2:  # (sine, cosine) turn into each other
-        a = a.at[n2, n2 + 1].set(frequency).at[n2 + 1, n2].set(-frequency)
-    return a, c, size
-
-
-def _landed(
-    jumps: Array, samples: Array, powers: list[Array], look: Array, blocks: int
-) -> tuple[Array, Array]:
-    """What jumps do: to the state at the end of their block, and to outputs inside it."""
-    block, inside = samples // BLOCK, samples % BLOCK
-    carried = jumps
-    for bit, power in enumerate(powers):  # by the power BLOCK - inside
-        wanted = ((BLOCK - inside) >> bit) & 1
-        carried = jnp.where(wanted[:, None] == 1, carried @ power.T, carried)
-    kicks = jnp.zeros((blocks, jumps.shape[1])).at[block].add(carried)
-    after = jnp.einsum("jz,krz->jkr", jumps, look)
-    behind = jnp.arange(BLOCK)[None] - inside[:, None]
-    shifted = jnp.take_along_axis(after, jnp.maximum(behind, 0)[:, :, None], axis=1)
-    shifted = jnp.where(behind[:, :, None] >= 0, shifted, 0.0)
-    own = jnp.zeros((blocks, *look.shape[:2])).at[block].add(shifted)
-    return kicks, own
-
-
 def _respond_with_laws(
-    plan: _Plan,
+    plan: Plan,
     numbers: Mapping[str, float],
     drive: Drive,
     times: np.ndarray,
@@ -383,8 +225,8 @@ def _respond_with_laws(
     plant = Plant(mechanism, plan.inputs, (), places)
     z = numbers_vector(plant, numbers)
     z[plant.slots["strengths"]] = strengths(plant, laws)
-    matrices = _matrices(mechanism, plan.inputs, plan.sensors, places, numbers)
-    space = StateSpace(**{name: np.asarray(matrix) for name, matrix in matrices.items()})
+    compiled = _matrices(mechanism, plan.inputs, plan.sensors, places, numbers)
+    space = {name: np.asarray(matrix) for name, matrix in compiled.items()}
     rounding = _rounding(plant, space, numbers, laws, linear)
     if drive.hold is not None:
         known = dict(zip(places, map(tuple, rounding), strict=True))
@@ -393,8 +235,8 @@ def _respond_with_laws(
     states, forces, error, refinement = _refined(plant, z, drive, times, rounding)
     felt = np.concatenate([drive.sampled(times), forces], axis=1)
     n = len(mechanism.coordinates)
-    bend = states @ space.a[n:].T + felt @ space.b[n:].T
-    samples = states @ space.c.T + felt @ space.d.T
+    bend = states @ space["a"][n:].T + felt @ space["b"][n:].T
+    samples = states @ space["c"].T + felt @ space["d"].T
     return Motion(
         times, mechanism.coordinates, states[:, :n], states[:, n:], bend, plan.sensors, samples,
         error, refinement,
@@ -419,20 +261,20 @@ def _refined(
     """States, law forces, estimated error and steps a sample, halved until they settle."""
     refinement, error = 1, np.inf
     states, forces = march(plant, z, drive, times, rounding, refinement)
-    while error > TOLERANCE and refinement < MOST_REFINEMENT:
+    most = max(2, min(MOST_REFINEMENT, MOST_STEPS // len(times)))
+    while error > TOLERANCE and refinement < most:
         refinement *= 2
         finer, forces = march(plant, z, drive, times, rounding, refinement)
-        _finite(finer)
         size = np.maximum(np.max(np.abs(finer), axis=0), 1e-300)
         change = np.max(np.abs(finer - states) / size) / FOURTH_ORDER
         error = float(change) if np.isfinite(change) else np.inf
         states = finer
-    return states, forces, error, refinement
+    return _finite(states), forces, error, refinement
 
 
 def _rounding(
     plant: Plant,
-    space: StateSpace,
+    space: Mapping[str, np.ndarray],
     numbers: Mapping[str, float],
     laws: tuple[Acting, ...],
     linear: np.ndarray,
@@ -441,7 +283,7 @@ def _rounding(
     rows = [len(plant.mechanism.place_rows(place, numbers)[1]) for place in plant.law_places]
     ends = np.cumsum(rows)[:-1]
     sizes = []
-    for look in (space.stretch, space.rate):
+    for look in (space["stretch"], space["rate"]):
         moved = np.mean((linear @ look.T) ** 2, axis=0)
         sizes.append(np.array([np.sqrt(np.mean(part)) for part in np.split(moved, ends)]))
     return widths(plant, laws, *sizes)

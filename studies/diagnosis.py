@@ -102,14 +102,16 @@ def extended_rig(found: Diagnosis, rig: Rig) -> Rig:
     for trial in found.accepted:
         candidate = trial.candidate
         index = fit.index(candidate.entry.label)
-        strength = {"value": fit.value(index), "std": fit.std(index), "unit": candidate.entry.unit}
+        strength = {"value": fit.value(index), "std": fit.std(index)}
         turns = candidate.place in fit.problem.mechanism.law_places()
         turns = turns and fit.problem.mechanism.turns(candidate.place)
+        rounding = fit.problem.widths.get(candidate.place, ())
+        widths = dict(zip(("stretch_width", "rate_width"), rounding, strict=False))
         laws.append(
             {
                 "law": candidate.law.name,
                 "place": candidate.place,
-                "parameters": {candidate.law.symbol_at(turns): strength},
+                "parameters": {candidate.law.symbol_at(turns): strength, **widths},
             }
         )
     return replace(rig, parameters=numbers, laws=(*rig.laws, *laws))

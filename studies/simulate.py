@@ -148,9 +148,11 @@ def sensor_quantities(rig: Rig, mechanism: Mechanism) -> dict[str, tuple[str, ..
         seen = TURNS if rig.motion == "rotation" else (*MOVES, "deflection")
         return dict.fromkeys(mechanism.law_places(), seen)
     bend = ("deflection", "strain")
+    found: dict[str, tuple[str, ...]]
     found = {"clubhead": (*MOVES, *bend), "grip": (*MOVES, *TURNS), "shaft": bend}
-    turning = "collet_angle" in mechanism.coordinates
-    return found | (dict.fromkeys(("collet", "wrist", "hand"), TURNS) if turning else {})
+    if "collet_angle" in mechanism.coordinates:
+        found |= {"collet": TURNS, "wrist": TURNS, "hand": TURNS}
+    return found
 
 
 def _units(rig: Rig, motion: Motion) -> dict[str, str]:

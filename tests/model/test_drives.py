@@ -19,6 +19,7 @@ from supple.model.drives import (
     wave,
 )
 from supple.model.energies import stiffness_matrix
+from supple.model.linear import Mechanism
 from supple.model.robot import PRESETS, Robot
 
 NUMBERS = PRESETS["robo_v"]
@@ -35,7 +36,7 @@ LINE_NUMBERS = {
 TIMES = "[times]\nduration = 1.0\nsample_rate = 100.0\n"
 
 
-def read(text: str, folder: Path, mechanism=PINNED) -> Drive:
+def read(text: str, folder: Path, mechanism: Mechanism = PINNED) -> Drive:
     path = folder / "drive.toml"
     path.write_text("[drive]\n" + text + TIMES)
     return drive_of(read_drive(path), mechanism)
@@ -72,7 +73,7 @@ def test_waves():
 def test_on_a_fixed_collet_the_balance_is_the_clubs_own():
     q, force = equilibrium(FIXED, NUMBERS, Hold("clubhead", "collet", 0.15))
     stiffness = np.asarray(stiffness_matrix(FIXED.rows(NUMBERS)))[:3, :3]
-    np.testing.assert_allclose(stiffness @ q, [0.0, 0.0, force], atol=1e-6 * float(force))
+    np.testing.assert_allclose(stiffness @ q, [0.0, 0.0, float(force)], atol=1e-6 * float(force))
     assert q[2] == pytest.approx(0.15)
 
 

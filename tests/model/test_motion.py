@@ -91,7 +91,6 @@ def test_a_linear_motion_is_exact_wherever_the_drive_jumps(name):
 @pytest.mark.parametrize(
     ("name", "law"),
     [
-        ("pulse", "friction"),
         ("pulse inside one sample", "cubic"),
         ("square", "cubic"),
         ("sine", "friction"),

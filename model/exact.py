@@ -1,0 +1,206 @@
+"""The exact linear response of many designs at once: powers of the transition, taken in blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .drives import ON_SAMPLE, Drive, Hold, check_balance, equilibrium, hold_rows
+from .linear import Array, Mechanism, Port, StateSpace, discretize, state_space
+
+BLOCK = 64
+"""Samples that one power of the transition matrix jumps over [-]; a power of two."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is compiled for: everything about a linear response that is not a number.
+
+    Attributes:
+        mechanism: chain or robot.
+        inputs: the drive's port, or none.
+        sensors: what is measured.
+        hold: what a release lets go of; its displacement is no part of what is compiled.
+        states: of the drive: 0 none, 1 constant between jumps, 2 sine and cosine.
+        whole: whether coordinates, velocities and accelerations come before the sensors.
+    """
+
+    mechanism: Mechanism
+    inputs: tuple[Port, ...]
+    sensors: tuple[Port, ...]
+    hold: Hold | None
+    states: int
+    whole: bool
+
+
+def plan_of(
+    mechanism: Mechanism, drive: Drive, sensors: tuple[Port, ...], whole: bool = False
+) -> Plan:
+    """The plan of a linear response to a drive; see `Plan`."""
+    states = 0 if drive.port is None else (2 if drive.frequency else 1)
+    return Plan(mechanism, drive.ports, sensors, drive.hold, states, whole)
+
+
+@dataclass(frozen=True)
+class _Jumps:
+    """Where a drive jumps: the sample on which it lands, the time left until then, and by what."""
+
+    samples: np.ndarray  # (jumps,)
+    parts: np.ndarray  # distinct times from a jump to its sample (parts,) [s]
+    part: np.ndarray  # which of these, (jumps,)
+    changes: np.ndarray  # of the drive's states, (jumps, exo)
+
+
+def _jumps(drive: Drive, step: float, count: int) -> _Jumps:
+    """The jumps up to the last sample."""
+    edges, levels = np.asarray(drive.edges), np.asarray(drive.levels)
+    position = edges / step
+    landing = np.ceil(position - ON_SAMPLE)
+    left = np.maximum(landing - position, 0.0)
+    left[left <= ON_SAMPLE] = 0.0
+    change = np.diff(levels, prepend=0.0)
+    phase = drive.frequency * (edges - edges[0]) if len(edges) else edges
+    columns = [change * np.sin(phase), change * np.cos(phase)] if drive.frequency else [change]
+    kept = landing < count
+    parts, part = np.unique(np.round(left[kept], 12) * step, return_inverse=True)
+    changes = np.stack(columns, axis=1)[kept]
+    return _Jumps(landing[kept].astype(int), parts, part.reshape(-1), changes)
+
+
+def exact_outputs(
+    plan: Plan, table: Mapping[str, np.ndarray], drive: Drive, times: np.ndarray
+) -> np.ndarray:
+    """Outputs of several designs at every sample.
+
+    Args:
+        plan: what is simulated.
+        table: numbers of the mechanism by name, each of shape (designs,) [SI].
+        drive: what moves every design.
+        times: uniform samples from 0 on [s].
+
+    Returns:
+        Shape (designs, t, outputs) [SI].
+
+    Raises:
+        ValueError: for a release without a balance.
+
+    Source: ``x' = A x`` with the drive's force as states of their own, which jump; Van Loan 1978,
+    doi:10.1109/TAC.1978.1101743.
+    """
+    step, count = float(times[-1]) / (len(times) - 1), len(times)
+    blocks = -(-count // BLOCK)
+    held = 0.0 if plan.hold is None else plan.hold.displacement
+    if plan.states:
+        jumps = _jumps(drive, step, count)
+        marks = (jumps.samples, jumps.parts, jumps.part, jumps.changes)
+    else:
+        marks = (np.zeros(0, int), np.zeros(0), np.zeros(0, int), np.zeros((0, 0)))
+    static = plan if plan.hold is None else replace(plan, hold=replace(plan.hold, displacement=1.0))
+    outputs, start, seen = _designs(static, blocks, table, step, drive.frequency, held, *marks)
+    if plan.hold is not None:
+        check_balance(np.asarray(start), np.asarray(seen), plan.hold)
+    return np.asarray(outputs)[:, :count]
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _designs(
+    plan: Plan, blocks: int, table: Mapping[str, Array], *numbers: Any
+) -> tuple[Array, Array, Array]:
+    def one(p: Mapping[str, Array]) -> tuple[Array, Array, Array]:
+        return _linear(plan, blocks, p, *numbers)
+
+    return jax.vmap(one)(table)
+
+
+def _linear(
+    plan: Plan,
+    blocks: int,
+    p: Mapping[str, Array],
+    step: Array,
+    frequency: Array,
+    held: Array,
+    samples: Array,
+    parts: Array,
+    part: Array,
+    changes: Array,
+) -> tuple[Array, Array, Array]:
+    """Outputs (blocks * BLOCK, outputs), start coordinates, displacement held."""
+    space = state_space(plan.mechanism, p, plan.inputs, plan.sensors)
+    n = len(plan.mechanism.coordinates)
+    start, seen = jnp.zeros(n), jnp.zeros(())
+    if plan.hold is not None:
+        unit, _ = equilibrium(plan.mechanism, p, plan.hold)
+        start = held * unit
+        seen = hold_rows(plan.mechanism, p, plan.hold)[1] @ start
+    a, c, size = _with_drive(plan, space, step, frequency)
+    lengths = jnp.concatenate([jnp.asarray(step)[None], parts])
+    over = jax.vmap(lambda length: _transition(a, length))(lengths)
+    powers = [over[0]]
+    for _ in range(BLOCK.bit_length() - 1):
+        powers.append(powers[-1] @ powers[-1])
+    look = c[None]  # c A^k, by doubling
+    for power in powers[:-1]:
+        look = jnp.concatenate([look, look @ power])
+    first = jnp.zeros(a.shape[0]).at[:n].set(start)
+    if len(parts):
+        jumps = jnp.einsum("jze,je->jz", over[1 + part][:, :, 2 * n :], changes / size)
+        kicks, own = _landed(jumps, samples, powers, look, blocks)
+    else:
+        kicks, own = jnp.zeros((blocks, len(first))), jnp.zeros(())
+    _, starts = jax.lax.scan(
+        lambda x, kick: (jnp.sum(powers[-1] * x[None], axis=1) + kick, x), first, kicks
+    )
+    outputs = jnp.einsum("bz,krz->bkr", starts, look) + own
+    return outputs.reshape(blocks * BLOCK, -1), start, seen
+
+
+def _transition(a: Array, step: Array) -> Array:
+    return discretize(a, jnp.zeros((a.shape[0], 0)), step, 1)[0]
+
+
+def _with_drive(
+    plan: Plan, space: StateSpace, step: Array, frequency: Array
+) -> tuple[Array, Array, Array]:
+    """State matrix and outputs with the drive as states of its own, and the unit of these [N]."""
+    n2 = space.a.shape[0]
+    total = n2 + plan.states
+    a = jnp.zeros((total, total)).at[:n2, :n2].set(space.a)
+    c, d = space.c, space.d
+    if plan.whole:
+        n = n2 // 2
+        c = jnp.concatenate([jnp.eye(n2), space.a[n:], c])
+        d = jnp.concatenate([jnp.zeros((n2, d.shape[1])), space.b[n:], d])
+    c = jnp.concatenate([c, jnp.zeros((c.shape[0], plan.states))], axis=1)
+    if not plan.states:
+        return a, c, jnp.ones(())
+    largest = jnp.max(jnp.abs(space.b)) * step
+    size = 1.0 / jnp.where(largest > 0, largest, 1.0)
+    a = a.at[:n2, n2].set(space.b[:, 0] * size)
+    c = c.at[:, n2].set(d[:, 0] * size)
+    if plan.states == 2:  # (sine, cosine) turn into each other
+        a = a.at[n2, n2 + 1].set(frequency).at[n2 + 1, n2].set(-frequency)
+    return a, c, size
+
+
+def _landed(
+    jumps: Array, samples: Array, powers: list[Array], look: Array, blocks: int
+) -> tuple[Array, Array]:
+    """What jumps do: to the state at the end of their block, and to outputs inside it."""
+    block, inside = samples // BLOCK, samples % BLOCK
+    carried = jumps
+    for bit, power in enumerate(powers):  # by the power BLOCK - inside
+        wanted = ((BLOCK - inside) >> bit) & 1
+        carried = jnp.where(wanted[:, None] == 1, carried @ power.T, carried)
+    kicks = jnp.zeros((blocks, jumps.shape[1])).at[block].add(carried)
+    after = jnp.einsum("jz,krz->jkr", jumps, look)
+    behind = jnp.arange(BLOCK)[None] - inside[:, None]
+    shifted = jnp.take_along_axis(after, jnp.maximum(behind, 0)[:, :, None], axis=1)
+    shifted = jnp.where(behind[:, :, None] >= 0, shifted, 0.0)
+    own = jnp.zeros((blocks, *look.shape[:2])).at[block].add(shifted)
+    return kicks, own

@@ -1,0 +1,143 @@
+"""Foretelling records never fitted: nothing shared is learned of them; thinning keeps answers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from supple.identification.extend import extended_model, held_out, thinned
+from supple.identification.fit import solve
+from supple.identification.problem import Problem, make_problem
+from supple.identification.screen import screen
+from tests.identification.benches import make_bench
+
+
+@pytest.fixture(scope="module")
+def unseen(softening) -> Problem:
+    """The softening cart's held-out record."""
+    return make_problem(softening.held, softening.rig)
+
+
+def spoiled(problem: Problem) -> Problem:
+    """The same record with nonsense after its opening."""
+    records = []
+    for prepared in problem.records:
+        late = [s.times > 1.05 * prepared.opening for s in prepared.sensors]
+        sensors = tuple(
+            replace(s, values=np.where(where, 3.0 * np.sin(7.0 * s.times), s.values))
+            for s, where in zip(prepared.sensors, late, strict=True)
+        )
+        records.append(replace(prepared, sensors=sensors))
+    return replace(problem, records=tuple(records))
+
+
+def test_what_comes_after_the_opening_changes_no_forecast(softening_fit, unseen):
+    plain = held_out(softening_fit, unseen)
+    other = held_out(softening_fit, spoiled(unseen))
+    for key in plain.errors:
+        size = np.max(np.abs(plain.fit.predicted[key]))
+        gap = np.max(np.abs(plain.fit.predicted[key] - other.fit.predicted[key]))
+        assert gap < 0.03 * size, "only the zero's prior width knows the record's largest value"
+        assert other.errors[key] > 10 * plain.sizes[key]
+
+
+def test_shared_constants_are_held(softening_fit, unseen):
+    found = held_out(softening_fit, unseen)
+    free = {entry.slot for entry in found.fit.model.entries}
+    assert free <= {"start", "offset"}
+    held = {entry.name: value for entry, value in found.fit.model.fixed}
+    for i, entry in enumerate(softening_fit.model.entries):
+        if entry.record is None:
+            assert held[entry.name] == softening_fit.value(i)
+    prepared = found.fit.problem.records[0]
+    numbers = found.fit.model.numbers(prepared, found.fit.x)
+    index = softening_fit.index("links.spring.stiffness")
+    assert numbers["links.spring.stiffness"] == softening_fit.value(index)
+
+
+def test_a_right_law_foretells_to_the_noise_and_a_lacking_one_does_not(softening_diagnosis):
+    before, after = softening_diagnosis.held_before, softening_diagnosis.held_after
+    assert before is not None and after is not None
+    assert before.nrmse > 5 * before.noise_floor or before.nrmse > 0.1
+    assert after.nrmse < 1.3 * after.noise_floor
+    assert after.nrmse < 0.1 * before.nrmse
+    for key, share in after.mean_errors.items():
+        assert 0 < share < after.errors[key] / after.sizes[key]
+
+
+def test_clean_records_are_foretold_to_the_noise(clean_fit, clean):
+    found = held_out(clean_fit, make_problem(clean.held, clean.rig))
+    assert found.nrmse == pytest.approx(0.01, rel=0.3), "40 dB"
+    assert found.nrmse < 1.2 * found.noise_floor
+
+
+def test_numbers_of_each_record_start_from_the_typical_one(clean_fit, tmp_path):
+    bench = make_bench(tmp_path)
+    text = bench.rig.path.read_text()
+    at = text.index("damping")
+    bench.rig.path.write_text(
+        text[:at] + text[at:].replace("free = true", 'free = true, per = "record"', 1)
+    )
+    from supple.identification.fit import fit_base
+    from supple.model.rig import read_rig
+
+    rig = read_rig(bench.rig.path)
+    fit = fit_base(make_problem(bench.records, rig))
+    found = held_out(fit, make_problem(bench.held, rig))
+    entry = next(e for e in found.fit.model.entries if e.slot == "numbers")
+    own = [fit.value(i) for i, e in enumerate(fit.model.entries) if e.name == entry.name]
+    assert entry.value == pytest.approx(np.median(own))
+    assert found.nrmse < 1.3 * found.noise_floor
+
+
+def test_thinned_records_keep_the_answers(tmp_path):
+    bench = make_bench(tmp_path, held=())
+    problem = make_problem(bench.records, bench.rig)
+    fine = tuple(_finer(prepared, 8) for prepared in problem.records)
+    dense = replace(problem, records=fine)
+    thin = thinned(dense)
+    for before, after in zip(dense.records, thin.records, strict=True):
+        assert after.count < 0.6 * before.count
+        assert after.step * after.count == pytest.approx(before.step * before.count, rel=0.02)
+        assert after.sensors[0].times[1] == pytest.approx(after.step)
+    from supple.identification.fit import fit_base
+
+    whole, part = fit_base(dense), fit_base(thin)
+    for name in ("links.spring.stiffness", "links.spring.damping"):
+        i, j = whole.index(name), part.index(name)
+        assert part.value(j) == pytest.approx(whole.value(i), abs=3 * part.std(j))
+
+
+def _finer(prepared, factor):
+    """A record sampled more finely, by interpolation of what is smooth, with noise of its own."""
+    from scipy.interpolate import CubicSpline
+
+    from supple.identification.prepare import bucket
+
+    count = (prepared.count - 1) * factor + 1
+    step = prepared.step / factor
+    times = np.arange(count) * step
+    rng = np.random.default_rng(3)
+    sensors = tuple(
+        replace(
+            s,
+            values=CubicSpline(s.times, s.values)(times) + 1e-4 * rng.standard_normal(count),
+            times=times,
+        )
+        for s in prepared.sensors
+    )
+    inputs = np.zeros((bucket(count), prepared.inputs.shape[1]))
+    return replace(prepared, step=step, count=count, sensors=sensors, inputs=inputs)
+
+
+def test_short_records_are_not_thinned(softening_fit):
+    thin = thinned(softening_fit.problem)
+    assert [p.count for p in thin.records] == [p.count for p in softening_fit.problem.records]
+
+
+def test_an_extended_model_at_zero_strength_is_the_old_one(softening_fit):
+    for candidate in screen(softening_fit)[:3]:
+        model = extended_model(softening_fit, candidate)
+        x = np.append(softening_fit.x, 0.0)
+        null = solve(model, x, 0)
+        assert null.cost == pytest.approx(softening_fit.cost, rel=1e-3), candidate.name

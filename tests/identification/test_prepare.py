@@ -1,0 +1,214 @@
+"""From a record to the arrays of a fit: window, foreign clocks, padding, shortening."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+from supple.identification.prepare import (
+    Prepared,
+    bucket,
+    driven_by_force,
+    opening,
+    prepare,
+    prepare_all,
+    sampling_matrix,
+    shortened,
+)
+from supple.identification.records import Record, read_record
+from supple.model.mechanism import mechanism_of
+from supple.model.rig import read_rig
+
+RATE, COUNT, HOLD = 100.0, 900, 80
+TIMES = np.arange(COUNT) / RATE
+OMEGA = 2 * np.pi * 2.0
+AFTER = np.maximum(TIMES - HOLD / RATE, 0.0)
+DECAY = np.exp(-0.3 * AFTER) * np.cos(OMEGA * AFTER)
+
+RIG = """\
+[rig]
+kind = "chain"
+[masses.cart]
+mass = 0.5
+[links.spring]
+between = ["ground", "cart"]
+stiffness = { value = 80.0, free = true }
+damping = 0.1
+"""
+
+SIDECAR = """\
+[record]
+file = "bench.csv"
+test = "decay"
+rig = "rig.toml"
+sample_rate = 100.0
+[channels.cart]
+column = "x"
+unit = "m"
+role = "response"
+quantity = "position"
+place = "cart"
+"""
+
+PUSH = """\
+[channels.push]
+column = "f"
+unit = "N"
+role = "input"
+quantity = "force"
+place = "cart"
+"""
+
+FOREIGN = """\
+[channels.camera]
+column = "y"
+unit = "m"
+role = "response"
+quantity = "position"
+place = "cart"
+file = "camera.csv"
+time = "t"
+clock_offset = 0.0123
+"""
+
+
+def lay_out(
+    folder: Path, x: np.ndarray = DECAY, f: np.ndarray | None = None, more: str = ""
+) -> Record:
+    """Write and read one record of the cart."""
+    (folder / "rig.toml").write_text(RIG)
+    push = np.zeros(len(x)) if f is None else f
+    rows = [f"{a:.12g},{b:.12g}" for a, b in zip(x, push, strict=True)]
+    (folder / "bench.csv").write_text("\n".join(["x,f", *rows]) + "\n")
+    text = SIDECAR + (PUSH if f is not None else "") + more
+    (folder / "bench.toml").write_text(text)
+    return read_record(folder / "bench.toml")
+
+
+def prepared(record: Record) -> Prepared:
+    """The record as a fit of its rig sees it."""
+    assert record.rig_path is not None
+    rig = read_rig(record.rig_path)
+    numbers = {name: number.value for name, number in rig.parameters.items()}
+    return prepare(record, mechanism_of(rig), numbers)
+
+
+def test_a_decay_counts_from_its_first_crossing_of_rest(tmp_path):
+    found = prepared(lay_out(tmp_path))
+    assert found.start == pytest.approx(HOLD + RATE / 8, abs=3)
+    assert "let go by hand" in found.reason and found.free and not found.at_rest
+    assert found.sensors[0].values[0] == pytest.approx(DECAY[found.start])
+    assert found.frequency == pytest.approx(2.0, rel=0.02)
+    assert found.opening == pytest.approx(1.5, rel=0.05), "three periods"
+
+
+def test_a_release_that_the_sidecar_tells_is_believed(tmp_path):
+    found = prepared(lay_out(tmp_path, more="[start]\nat = 0.8\n"))
+    assert found.start == HOLD and "as the sidecar says" in found.reason
+
+
+def test_what_has_faded_is_left_out(tmp_path):
+    fast = np.exp(-3.0 * TIMES) * np.cos(OMEGA * TIMES) + 1e-3 * np.sin(0.3 * TIMES)
+    found = prepared(lay_out(tmp_path, fast))
+    left = np.max(np.abs(fast[found.start + found.count :]))
+    assert found.start + found.count < COUNT / 2
+    assert left < 0.06 * np.max(np.abs(fast[found.start :]))
+    slow = prepared(lay_out(tmp_path, np.exp(-0.05 * TIMES) * np.cos(OMEGA * TIMES)))
+    assert slow.start + slow.count == COUNT
+
+
+def test_a_driven_record_is_used_whole_with_its_input_on_the_grid(tmp_path):
+    force = np.sin(2 * np.pi * 0.7 * TIMES)
+    moved = 0.01 * np.minimum(1.0, TIMES / 3.0) ** 2 * np.sin(2 * np.pi * 0.7 * TIMES)
+    found = prepared(lay_out(tmp_path, moved, force))
+    assert (found.start, found.count) == (0, COUNT) and not found.free and found.at_rest
+    assert driven_by_force(found)
+    assert found.inputs.shape == (bucket(COUNT), 1)
+    assert found.inputs[:COUNT, 0] == pytest.approx(force, abs=1e-11)
+    assert np.all(found.inputs[COUNT:, 0] == found.inputs[COUNT - 1, 0])
+    thrown = prepared(lay_out(tmp_path, 0.01 * np.sin(2 * np.pi * 0.7 * TIMES), force))
+    assert not thrown.at_rest
+
+
+@given(
+    position=st.lists(st.floats(0.0, 39.0), min_size=1, max_size=30),
+    weights=st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6),
+)
+def test_sampling_between_grid_points_is_exact_for_polynomials(position, weights):
+    at, grid = np.array(position), np.arange(40.0)
+    matrix = sampling_matrix(at, 40)
+    assert matrix.shape == (len(at), 40)
+    wanted, seen = (np.polyval(weights, x / 40.0) for x in (at, grid))
+    assert matrix @ seen == pytest.approx(wanted, abs=1e-10)
+    assert matrix @ np.ones(40) == pytest.approx(np.ones(len(at)), abs=1e-12)
+
+
+def test_sampling_at_grid_points_takes_just_those():
+    at = np.array([0.0, 1.0, 7.0, 38.0, 39.0])
+    matrix = sampling_matrix(at, 40).toarray()
+    assert matrix == pytest.approx(np.eye(40)[at.astype(int)], abs=1e-12)
+
+
+def test_a_sensor_of_another_clock_is_sampled_where_it_looked(tmp_path):
+    own = np.arange(0, 260) / 30.0
+    rows = [f"{t:.10f},{np.cos(OMEGA * (t + 0.0123)):.12f}" for t in own]
+    (tmp_path / "camera.csv").write_text("\n".join(["t,y", *rows]) + "\n")
+    record = lay_out(tmp_path, np.cos(OMEGA * TIMES), more=FOREIGN + "[start]\nat = 0.5\n")
+    found = prepared(record)
+    near, far = found.sensors
+    assert near.sampling is None and far.sampling is not None
+    assert far.sampling.shape == (len(far.values), bucket(found.count))
+    grid = np.zeros(bucket(found.count))
+    grid[: found.count] = np.cos(OMEGA * (0.5 + np.arange(found.count) / RATE))
+    assert far.sampling @ grid == pytest.approx(far.values, abs=1e-6)
+    assert np.cos(OMEGA * (0.5 + far.times)) == pytest.approx(far.values, abs=1e-9)
+    short = shortened(found, 200)
+    part = short.sensors[1]
+    assert part.sampling is not None and len(part.values) < len(far.values)
+    assert part.times[-1] <= 200 * short.step
+    assert part.sampling @ grid[: bucket(200)] == pytest.approx(part.values, abs=1e-6)
+
+
+@given(st.integers(1, 2_000_000))
+def test_a_bucket_holds_its_records_with_little_air(count):
+    size = bucket(count)
+    assert size >= count and size >= 512
+    assert size <= max(512, 2 * count)
+    assert count < 8192 or size <= 1.34 * count
+
+
+def test_few_buckets_are_ever_compiled():
+    sizes = {bucket(count) for count in range(1, 300_000, 97)}
+    assert len(sizes) <= 30
+    assert all(size % 128 == 0 for size in sizes)
+
+
+def test_the_first_part_of_a_record(tmp_path):
+    whole = prepared(lay_out(tmp_path))
+    part = shortened(whole, 300)
+    assert part.count == 300 and part.inputs.shape[0] == bucket(300)
+    assert np.array_equal(part.sensors[0].values, whole.sensors[0].values[:300])
+    assert shortened(whole, whole.count) is whole
+    first = opening(whole)
+    assert first.count * first.step == pytest.approx(whole.opening, abs=3 * whole.step)
+
+
+def test_records_of_one_rig_are_prepared_alike(tmp_path):
+    record = lay_out(tmp_path, more='[parameters]\n"masses.cart.mass" = 0.4\n')
+    rig = read_rig(tmp_path / "rig.toml")
+    both = prepare_all([record, record], mechanism_of(rig), {"masses.cart.mass": 0.5} | {
+        name: number.value for name, number in rig.parameters.items()
+    })  # fmt: skip
+    assert [p.numbers for p in both] == [{"masses.cart.mass": 0.4}] * 2
+
+
+def test_a_record_too_short_after_its_release_is_refused(tmp_path):
+    record = lay_out(tmp_path)
+    late = replace(record, start={"at": (COUNT - 10) / RATE})
+    with pytest.raises(ValueError, match=r"bench\.toml: expected at least 16 .* found 10.* Mend: "):
+        prepared(late)
+    deaf = replace(record, channels=())
+    with pytest.raises(ValueError, match=r"at least one with role = 'response'.*Mend: "):
+        prepared(deaf)

@@ -1,0 +1,127 @@
+"""The screen: what one linear step promises is what a refit keeps, for weak effects."""
+
+import numpy as np
+import pytest
+
+from supple.identification.extend import extend
+from supple.identification.fit import Fit, fit_base
+from supple.identification.problem import make_problem
+from supple.identification.screen import (
+    Candidate,
+    _columns,
+    _force_columns,
+    alikeness,
+    entry_of,
+    possible_causes,
+    screen,
+)
+from tests.identification.benches import make_bench
+
+
+@pytest.fixture(scope="module")
+def weak(tmp_path_factory: pytest.TempPathFactory) -> Fit:
+    """Decays of a cart whose spring softens by a tenth of a percent."""
+    bench = make_bench(tmp_path_factory.mktemp("weak"), [("cubic_stiffness", -200.0)], held=())
+    return fit_base(make_problem(bench.records, bench.rig))
+
+
+@pytest.fixture(scope="module")
+def seen(weak: Fit) -> dict[str, Candidate]:
+    """All candidates of the weak effect by name."""
+    return {candidate.name: candidate for candidate in screen(weak)}
+
+
+def test_the_promised_gain_is_what_the_refit_keeps(weak, seen):
+    candidate = seen["spring/cubic_stiffness"]
+    assert candidate.gain > 20
+    full = extend(weak, candidate, 25)
+    kept = weak.cost - full.cost
+    assert candidate.gain == pytest.approx(kept, rel=0.1)
+    strength = full.value(full.index("spring/cubic_stiffness"))
+    std = candidate.entry.scale / candidate.visible
+    assert abs(strength + 200.0) < 4 * std
+    assert candidate.step * candidate.entry.scale == pytest.approx(strength, abs=0.3 * std)
+
+
+def test_candidates_come_with_the_largest_gain_first(seen):
+    gains = [candidate.gain for candidate in seen.values()]
+    assert gains == sorted(gains, reverse=True)
+    for candidate in seen.values():
+        assert 0.0 <= candidate.p_value <= 1.0
+        assert candidate.p_value < 0.05 or candidate.gain < 5.0
+
+
+def test_columns_are_projected_off_everything_that_is_fitted(weak, seen):
+    jacobian = weak.model.jacobian(weak.x)
+    basis = np.linalg.qr(jacobian)[0]
+    for candidate in seen.values():
+        if candidate.visible < 1e-6:
+            continue
+        assert np.linalg.norm(candidate.column) == pytest.approx(1.0)
+        assert np.abs(basis.T @ candidate.column).max() < 1e-6, candidate.name
+
+
+def test_one_sided_laws_promise_nothing_on_their_wrong_side(clean_fit, weak):
+    wrong = 0
+    for fit in (clean_fit, weak):
+        residual = fit.model.residual(fit.x)
+        for candidate in screen(fit):
+            if candidate.law.signed:
+                assert candidate.gain == pytest.approx((candidate.column @ residual) ** 2)
+                continue
+            low = candidate.entry.low / candidate.entry.scale
+            assert candidate.step >= low
+            if candidate.visible > 1e-6 and -candidate.column @ residual < low * candidate.visible:
+                assert (candidate.gain, candidate.step) == (0.0, low)
+                wrong += 1
+    assert wrong >= 1, "no law was pulled to its wrong side: the test saw nothing"
+
+
+def test_forces_of_laws_give_the_same_columns_as_the_laws_themselves(clean_fit):
+    causes = [cause for cause in possible_causes(clean_fit) if cause[1].force is not None]
+    entries = [entry_of(clean_fit, cause) for cause in causes]
+    quick = _force_columns(clean_fit, causes, entries)
+    slow = np.zeros_like(quick)
+    for which, block in _wide(clean_fit, causes, entries):
+        slow[:, which] = block
+    for index, (place, law) in enumerate(causes):
+        size = np.linalg.norm(slow[:, index])
+        gap = np.linalg.norm(quick[:, index] - slow[:, index])
+        assert gap < 1e-2 * size, f"{place}/{law.name}: {gap / size:.1e}"
+
+
+def _wide(fit, causes, entries):
+    """Columns by the nonlinear integrator at the laws' null, one place after the other."""
+    from dataclasses import replace
+
+    from supple.identification.screen import _held
+
+    for index, (cause, entry) in enumerate(zip(causes, entries, strict=True)):
+        model = replace(fit.model, entries=(entry,), causes=(cause,), fixed=_held(fit))
+        yield [index], model.jacobian(np.zeros(1))[: fit.count]
+
+
+def test_a_law_in_force_changes_how_columns_are_made(softening_diagnosis):
+    grown = softening_diagnosis.final
+    causes = possible_causes(grown)
+    assert ("spring", "cubic_stiffness") not in {(place, law.name) for place, law in causes}
+    entries = [entry_of(grown, cause) for cause in causes]
+    covered = sorted(i for which, _ in _columns(grown, causes, entries) for i in which)
+    assert covered == list(range(len(causes)))
+
+
+def test_only_laws_that_make_sense_are_tried(clean_fit, tmp_path):
+    straight = {(place, law.name) for place, law in possible_causes(clean_fit)}
+    assert ("spring", "coulomb_friction") in straight
+    assert not any(name == "gravity" for _, name in straight), "no gravity on a straight chain"
+    assert ("spring", "linear_damping") not in straight, "the rig varies that already"
+    assert ("spring", "linear_stiffness") not in straight
+    bench = make_bench(tmp_path, motion="rotation", held=())
+    turning = fit_base(make_problem(bench.records, bench.rig))
+    assert any(law.name == "gravity" for _, law in possible_causes(turning))
+
+
+def test_alikeness_is_a_cosine(seen):
+    first, *rest = [c for c in seen.values() if c.visible > 1e-6]
+    assert alikeness(first, first) == pytest.approx(1.0)
+    assert all(0.0 <= alikeness(first, other) <= 1.0 + 1e-12 for other in rest)

@@ -1,0 +1,213 @@
+"""`supple simulate` through the command line: the table that it writes, and what it refuses."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from supple.model.rig import read_rig, write_rig
+from supple.studies import cli
+
+CHAIN = """\
+[rig]
+kind = "chain"
+[masses.cart]
+mass = 2.0
+[links.spring]
+between = ["ground", "cart"]
+stiffness = 50.0
+damping = 0.4
+"""
+ROBOT = '[rig]\nkind = "robot"\nmodel = "pinned_wrist"\n'
+TIMES = "[times]\nduration = 2.0\nsample_rate = 100.0\n"
+RELEASE = f'[drive]\nkind = "release"\nplace = "cart"\ndisplacement = 0.1\n{TIMES}'
+PULSE = f'[drive]\nkind = "impact"\nforce = -1600.0\nduration = 0.0051\n{TIMES}'
+FRICTION = {"law": "coulomb_friction", "place": "spring", "parameters": {"force": 0.2}}
+OFFSET = {"law": "sensor_offset", "place": "head", "parameters": {"offset": 0.2}}
+
+
+def write(folder: Path, rig: str, drive: str) -> list[str]:
+    (folder / "rig.toml").write_text(rig)
+    (folder / "drive.toml").write_text(drive)
+    paths = str(folder / "rig.toml"), str(folder / "drive.toml")
+    return ["simulate", "--rig", paths[0], "--drive", paths[1]]
+
+
+def table(path: Path) -> dict[str, np.ndarray]:
+    names = path.read_text().splitlines()[0].split(",")
+    return dict(zip(names, np.loadtxt(path, delimiter=",", skiprows=1).T, strict=True))
+
+
+def test_a_release_of_a_chain(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "deep" / "out"
+    asked = ["--sensor", "spring:deflection:absolute", "--out", str(out), "--json"]
+    assert cli.main([*write(tmp_path, CHAIN, RELEASE), *asked]) == 0
+    assert [file.name for file in out.iterdir()] == ["motion.csv"]
+    moved = table(out / "motion.csv")
+    names = ["time", "cart", "cart_velocity", "cart_acceleration", "spring:deflection:absolute"]
+    assert list(moved) == names
+    t = np.arange(200) / 100.0
+    np.testing.assert_array_equal(moved["time"], t)
+    decay, turn = 0.1, np.sqrt(25.0 - 0.01)
+    wanted = 0.1 * np.exp(-decay * t) * (np.cos(turn * t) + decay / turn * np.sin(turn * t))
+    np.testing.assert_allclose(moved["cart"], wanted, atol=1e-13)
+    np.testing.assert_array_equal(moved["cart"], moved["spring:deflection:absolute"])
+    balance = 2.0 * moved["cart_acceleration"] + 0.4 * moved["cart_velocity"] + 50 * moved["cart"]
+    np.testing.assert_allclose(balance, 0.0, atol=1e-12)
+    said = capsys.readouterr()
+    assert said.err == ""
+    result = json.loads(said.out)
+    assert (result["status"], result["samples"], result["error"]) == ("converged", 200, 0.0)
+    assert result["columns"]["cart"]["highest"] == pytest.approx(0.1)
+    assert result["columns"]["cart_velocity"]["unit"] == "m/s"
+    assert sorted(Path(name).name for name in result["provenance"]["inputs"]) == [
+        "drive.toml",
+        "rig.toml",
+    ]
+
+
+def test_an_impact_on_the_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    sensors = ["clubhead:acceleration:collet", "wrist:angle:absolute", "shaft:strain:collet"]
+    asked = [word for sensor in sensors for word in ("--sensor", sensor)]
+    called = write(tmp_path, ROBOT, PULSE)
+    assert cli.main([*called, *asked, "--out", str(tmp_path), "--seed", "3"]) == 0
+    said = capsys.readouterr().out
+    assert "wrist:angle:absolute" in said and max(map(len, said.splitlines())) <= 80
+    moved = table(tmp_path / "motion.csv")
+    coordinates = ["collet_angle", "grip_displacement", "grip_angle", "clubhead_displacement"]
+    endings = ("", "_velocity", "_acceleration")
+    wanted = ["time", *(name + ending for ending in endings for name in coordinates)]
+    assert list(moved) == [*wanted, *sensors]
+    np.testing.assert_array_equal(moved["collet_angle"], moved["wrist:angle:absolute"])
+    acceleration = moved["clubhead_displacement_acceleration"]
+    np.testing.assert_array_equal(acceleration, moved["clubhead:acceleration:collet"])
+    np.testing.assert_allclose(acceleration[0], -1600.0 / 0.20277, rtol=1e-9)
+
+
+def test_the_laws_of_an_extended_rig_are_in_force(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    called = write(tmp_path, CHAIN, RELEASE)
+    assert cli.main([*called, "--json"]) == 0
+    without = json.loads(capsys.readouterr().out)
+    write_rig(read_rig(tmp_path / "rig.toml"), tmp_path / "rig.toml", [FRICTION, OFFSET])
+    assert cli.main([*called, "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["laws"] == [{"law": "coulomb_friction", "place": "spring", "strength": 0.2}]
+    assert result["laws_passed_over"] == [{"law": "sensor_offset", "place": "head"}]
+    assert result["columns"]["cart"]["rms"] < 0.9 * without["columns"]["cart"]["rms"]
+    assert cli.main(called) == 0
+    said = capsys.readouterr().out
+    assert "In force: coulomb_friction" in said and "Passed over: sensor_offset" in said
+
+
+def test_what_does_not_settle_is_not_trusted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    called = write(tmp_path, CHAIN, RELEASE)
+    write_rig(read_rig(tmp_path / "rig.toml"), tmp_path / "rig.toml", [FRICTION])
+    monkeypatch.setattr("supple.model.motion.MOST_REFINEMENT", 2)
+    monkeypatch.setattr("supple.model.motion.TOLERANCE", 1e-13)
+    assert cli.main([*called, "--out", str(tmp_path)]) == 3
+    assert "Not converged" in capsys.readouterr().out
+    assert len(table(tmp_path / "motion.csv")["time"]) == 200
+
+
+SWING = '[drive]\nkind = "wrist"\nshape = "sine"\namplitude = 1.0\nperiod = 1.0\n' + TIMES
+LATE = PULSE.replace("force", "start = 5.0\nforce")
+BAD = {
+    "no rig": (None, PULSE, "rig.toml"),
+    "a drive of a later model": (ROBOT, SWING, "drive.toml: [drive] kind"),
+    "a later model": (ROBOT.replace("pinned", "driven"), PULSE, "rig.toml: [rig] model"),
+    "a later fidelity": (ROBOT + 'fidelity = "planar"\n', PULSE, "rig.toml: [rig] model"),
+    "an impact on nothing": (CHAIN, PULSE, "drive.toml: [drive] place"),
+    "an impact after the end": (ROBOT, LATE, "drive.toml: [drive] start"),
+    "an impact without force": (
+        ROBOT,
+        PULSE.replace("force = -1600.0\n", ""),
+        "drive.toml: [drive] force",
+    ),
+    "text for a number": (
+        ROBOT,
+        PULSE.replace("-1600.0", "'strong'"),
+        "drive.toml: [drive] force",
+    ),
+    "no [times]": (ROBOT, PULSE.replace(TIMES, ""), "drive.toml: [times]"),
+    "a single sample": (
+        ROBOT,
+        PULSE.replace("duration = 2.0", "duration = 0.01"),
+        "drive.toml: times",
+    ),
+    "a spring that holds nothing": (
+        CHAIN.replace("50.0", "0.0") + "[masses.b]\nmass = 1.0\n",
+        RELEASE,
+        "drive.toml: release at 'cart'",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_ends_in_one_line(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rig, drive, at = BAD[name]
+    called = write(tmp_path, rig or "", drive)
+    if rig is None:
+        (tmp_path / "rig.toml").unlink()
+    assert cli.main([*called, "--out", str(tmp_path / "out")]) == 2
+    one_line(capsys, at)
+    assert not (tmp_path / "out").exists()
+
+
+def one_line(capsys: pytest.CaptureFixture[str], at: str) -> None:
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert len(said.err.splitlines()) == 1
+    assert at in said.err and "expected" in said.err and " found " in said.err
+    assert "Mend: " in said.err
+
+
+@pytest.mark.parametrize(
+    "sensor",
+    [
+        "clubhead",
+        "clubhead:acceleration",
+        "cubhead:acceleration:collet",
+        "clubhead:angle:collet",
+        "clubhead:force:absolute",
+        "wrist:position:absolute",
+        "clubhead:acceleration:arm",
+    ],
+)
+def test_a_sensor_that_the_robot_has_not(
+    sensor: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main([*write(tmp_path, ROBOT, PULSE), "--sensor", sensor]) == 2
+    one_line(capsys, f"--sensor '{sensor}'")
+
+
+def test_a_chain_has_no_collet(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    called = write(tmp_path, CHAIN, RELEASE)
+    assert cli.main([*called, "--sensor", "cart:position:collet"]) == 2
+    one_line(capsys, "a chain has no collet")
+
+
+def test_a_law_that_does_not_fit_names_the_rig(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    called = write(tmp_path, CHAIN, RELEASE)
+    strange = FRICTION | {"place": "wrist"}
+    write_rig(read_rig(tmp_path / "rig.toml"), tmp_path / "rig.toml", [strange])
+    assert cli.main(called) == 2
+    one_line(capsys, "rig.toml: [[laws]] item 0 place")
+
+
+@pytest.mark.parametrize("missing", ["--rig", "--drive"])
+def test_rig_and_drive_are_needed(
+    missing: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    called = write(tmp_path, CHAIN, RELEASE)
+    at = called.index(missing)
+    assert cli.main(called[:at] + called[at + 2 :]) == 2
+    assert missing in capsys.readouterr().err
