@@ -9,15 +9,18 @@ import numpy as np
 
 from ..model.rig import Rig
 from .evidence import delta_bic, excess, explained, on_bounds
-from .extend import HeldOut, extend, held_out, thinned
-from .fit import Fit, fit_base, settle, solve
+from .extend import HeldOut, extend, held_out, thinned, worst_ratio
+from .fit import DOMINATED, Fit, fit_base, settle, solve
 from .noise import ljung_box
 from .problem import Problem, make_problem
 from .records import Record, check_record_against_rig
 from .screen import VISIBLE, Candidate, alikeness, screen
 
 MOST_CAUSES = 4
-TRIALS = 6
+TRIALS = 5
+WORTH = 0.2
+"""Laws that promise less than this share of the best law's gain are not refitted [-]."""
+
 SIGNIFICANCE = 1e-3
 """Chance of any false law in one screen, after correction for the number of laws tried [-]."""
 
@@ -205,7 +208,8 @@ class _Search:
         thin = thinned(self.fit.problem)
         start = solve(replace(self.fit.model, problem=thin), self.fit.x, 6)
         quick = []
-        for candidate in open_[:TRIALS]:
+        worth = [c for c in open_ if c.gain > WORTH * open_[0].gain]
+        for candidate in worth[:TRIALS] if len(worth) > 1 else open_[:2]:
             self.progress(f"trying {candidate.name}")
             quick.append((extend(start, candidate, 10), candidate))
         quick.sort(key=lambda pair: pair[0].cost)
@@ -219,6 +223,8 @@ class _Search:
 
     def _judge(self, trial: Trial, before: Fit) -> Trial:
         """Accept or refuse one trial, in words."""
+        if worst_ratio(before) > DOMINATED and trial.fit.cost > (1 - LEAST_GAIN) * before.cost:
+            return replace(trial, verdict="refused: it takes away next to none of the misfit")
         if trial.delta_bic < LEAST_EVIDENCE:
             return replace(trial, verdict=f"refused: BIC falls by only {trial.delta_bic:.1f}")
         fit = settle(trial.fit)
@@ -297,6 +303,9 @@ class _Search:
             tuple(self.stages),
         )
 
+
+LEAST_GAIN = 0.05
+"""Where errors of the model dominate, a law must take away this share of the cost [-]."""
 
 NO_GAIN = "refused: held-out records are foretold no better"
 

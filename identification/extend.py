@@ -136,7 +136,10 @@ def extend(fit: Fit, candidate: Candidate, evaluations: int = 12) -> Fit:
 
 
 def grown(model: Model, x: np.ndarray, evaluations: int) -> Fit:
-    """Solve on a growing part of the records, so that long decays do not lock a cycle off."""
+    """Solve on a growing part of the records, so that long decays do not lock a cycle off.
+
+    `x` are the scaled unknowns [-].
+    """
     for horizon in (4.0, 20.0):
         longest = max(p.frequency * p.count * p.step for p in model.problem.records)
         if all(p.free for p in model.problem.records) and longest > 1.5 * horizon:
@@ -188,6 +191,20 @@ def held_out(fit: Fit, problem: Problem) -> HeldOut:
 
 
 def _at_typical(entry: Entry, fit: Fit) -> Entry:
-    """A number of its own for each record starts from the median of those that were fitted."""
-    values = [fit.value(i) for i, e in enumerate(fit.model.entries) if e.name == entry.name]
-    return entry.at(float(np.median(values))) if entry.slot == "numbers" and values else entry
+    """What was learned of the like on fitted records: numbers start there; zeros are bound to it.
+
+    The opening of a driven record tells little of a channel's zero; other records of the same
+    channel tell it well.
+    """
+    which = [i for i, e in enumerate(fit.model.entries) if e.name == entry.name]
+    if not which:
+        return entry
+    values = [fit.value(i) for i in which]
+    typical = float(np.median(values))
+    if entry.slot == "numbers" and entry.prior == np.inf:
+        return entry.at(typical)
+    driven = all(not p.free for p in fit.problem.records)
+    if entry.slot in ("offset", "gain", "delay") and driven:
+        spread = max(float(np.ptp(values)), 3.0 * max(fit.std(i) for i in which))
+        return replace(entry, value=typical, center=typical, prior=min(spread, entry.prior))
+    return entry

@@ -26,8 +26,8 @@ class Fit:
 
     Attributes:
         model: what was fitted.
-        x: best unknowns, scaled.
-        covariance: of the scaled unknowns; coloured misfit is taken into account.
+        x: best unknowns, in units of their scales [-].
+        covariance: of the scaled unknowns [-]; coloured misfit is taken into account.
         predicted: what each channel should have read, by (record, channel) [SI].
         cost: sum of squared whitened residuals and prior pulls [-].
         count: number of measured samples that count [-].
@@ -99,7 +99,7 @@ def solve(model: Model, start: np.ndarray, evaluations: int = 40) -> Fit:
 
     Args:
         model: what is fitted, with the noise law that weights it.
-        start: scaled unknowns.
+        start: scaled unknowns [-].
         evaluations: the most that the trust region may take.
 
     Returns:
@@ -134,7 +134,7 @@ def _finish(model: Model, x: np.ndarray, converged: bool) -> Fit:
 
 
 def noise_of(sensor: Sensor, predicted: np.ndarray) -> tuple[Noise, Misfit]:
-    """Noise law and absolute misfit of a channel, from its residual or as its sidecar states."""
+    """Noise law [SI] and absolute misfit of a channel, from its residual or as its sidecar says."""
     residual = sensor.values - predicted
     if sensor.channel.noise is not None:
         return known_noise(residual, sensor.channel.noise)
@@ -159,6 +159,10 @@ def learn_noise(fit: Fit) -> dict[Key, Noise]:
     return found
 
 
+BLIND = 1e-13
+"""Information on a direction, relative to that on its single numbers, that counts as none [-]."""
+
+
 def with_errors(fit: Fit) -> Fit:
     """The fit with its covariance; where misfit is left, errors grow by its own spectrum.
 
@@ -170,9 +174,11 @@ def with_errors(fit: Fit) -> Fit:
         return fit
     jacobian = model.jacobian(x)
     hessian = jacobian.T @ jacobian
-    inverse = np.linalg.pinv(hessian, hermitian=True)
+    # a direction that no record tells gets a huge variance; a bare pseudo-inverse would say zero
+    ridge = BLIND * np.diag(np.diag(hessian))
+    inverse = np.linalg.pinv(hessian + ridge, rcond=1e-15, hermitian=True)
     residual = model.residual(x)
-    middle, low = np.zeros_like(hessian), 0
+    middle, low = ridge.copy(), 0
     for prepared in model.problem.records:
         for sensor in prepared.sensors:
             high = low + len(sensor.values)
@@ -302,7 +308,7 @@ DOMINATED = 10.0
 
 
 def weights_of(fit: Fit, noises: Mapping[Key, Noise]) -> dict[Key, Noise]:
-    """Noise laws to weigh by: where errors of the model dominate a channel, these errors' own."""
+    """Noise laws [SI] to weigh by: where errors of the model dominate a channel, their own."""
     return {
         key: colour_of(fit.residual_of(key)) if fit.misfits[key].ratio > DOMINATED else noise
         for key, noise in noises.items()

@@ -16,7 +16,7 @@ DAMPING_STEPS = (0.1, 0.3, 1.0, 3.0, 10.0)
 
 
 def first_guess(model: Model) -> np.ndarray:
-    """Start values of all unknowns, scaled.
+    """Start values of all unknowns, in units of their scales [-].
 
     Stiffnesses and dampings are first scaled together until the first periods fit best; start
     states and offsets follow in closed form, since the linear response is linear in them.

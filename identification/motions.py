@@ -45,7 +45,7 @@ def motions(
 
 
 def with_scales(model: Model, x: np.ndarray) -> Problem:
-    """The problem with natural scales and widths of every place, out of a model's motions at x."""
+    """The problem with natural scales and widths [SI] of every place, from the motions at x."""
     problem = model.problem
     places = list(problem.mechanism.law_places())
     moved = motions(model, x, places)

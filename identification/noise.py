@@ -129,6 +129,10 @@ def periodogram(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return frequency[2:-1], power[2:-1]
 
 
+LOST = 0.1
+"""A residual with more than this share of the measured variance is no noise [-]."""
+
+
 def known_noise(residual: np.ndarray, std: float) -> tuple[Noise, Misfit]:
     """Noise of a stated size, whatever its color, and the misfit against it.
 
@@ -167,6 +171,10 @@ def choose_noise(residual: np.ndarray, predicted: np.ndarray) -> tuple[Noise, Mi
     signal = _smooth(periodogram(predicted - np.mean(predicted))[1])
     moves = signal > 3.0 * _smooth(power)
     moves = np.convolve(moves, np.ones(5), mode="same") > 0.5
+    measured = float(np.var(predicted + residual))
+    if not moves.any() and float(np.var(residual)) > LOST * measured:
+        # the simulation is lost: noise is what the quieter half of the frequencies shows
+        moves = _smooth(power) > np.median(_smooth(power))
     quiet = ~moves
     if quiet.sum() < max(24, 0.15 * len(power)):
         noise = _best(frequency, power, np.ones_like(quiet))

@@ -264,7 +264,7 @@ def sampling_matrix(position: np.ndarray, count: int) -> csr_matrix:
         count: length of the grid.
 
     Returns:
-        Sparse matrix, shape (n, count).
+        Sparse matrix, shape (n, count) [1].
     """
     low = np.clip(np.floor(position).astype(int) - 2, 0, count - 6)
     part = position - low

@@ -82,7 +82,7 @@ class Model:
         entries: what varies.
         causes: laws in force, each with its place.
         noises: noise law of each (record, channel).
-        horizon: only the first part of each record counts, in periods; inf for all.
+        horizon: only so many periods of each record count [-]; inf for all.
         fixed: further entries, held at the given values [SI].
         only_opening: whether only what tells the start states counts.
     """
@@ -192,7 +192,7 @@ class Model:
         return np.concatenate([*parts, self._prior_pull(x)])
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """Derivative of `residual`, exact, shape (residuals, entries)."""
+        """Derivative of `residual`, exact, shape (residuals, entries) [-]."""
         blocks = []
         for prepared in self.problem.records:
             columns = self.sensitivity(prepared, x)
@@ -203,7 +203,7 @@ class Model:
         return np.concatenate([*blocks, np.diag(self._prior_rate())[self._has_prior]])
 
     def sensitivity(self, prepared: Prepared, x: np.ndarray) -> list[np.ndarray]:
-        """Derivative of each sensor's grid by x, one array (padded, entries) a sensor."""
+        """Derivative of each sensor's grid by x, one array (padded, entries) a sensor [SI]."""
         plant, links = self.plant(prepared), self.links(prepared)
         lanes = -(-max(len(links), 1) // LANES) * LANES
         directions = np.zeros((lanes, plant.size))

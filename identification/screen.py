@@ -33,7 +33,7 @@ class Candidate:
         gain: drop of the cost that one linear step promises [-].
         p_value: chance of such a gain by noise alone, one law tried [-].
         step: strength of that step, scaled [-].
-        column: its Jacobian column, projected off all that is fitted and normalized.
+        column: its Jacobian column, projected off all that is fitted and normalized [-].
         visible: norm of the projected column at natural strength, in noise units [-].
     """
 

@@ -258,7 +258,7 @@ def candidates_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 def _promise(candidate: Candidate) -> float:
     """What one linear step promises of BIC for a law that was not refitted [-]."""
-    return float(min(candidate.gain, 0.0)) - float(np.log(max(len(candidate.column), 2)))
+    return candidate.gain - float(np.log(max(len(candidate.column), 2)))
 
 
 def history_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:

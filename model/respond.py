@@ -328,9 +328,14 @@ def _march_laws(
     def solve(base: Array, guess: Array) -> tuple[Array, Array]:
         hold = jax.lax.stop_gradient
         f, fixed = hold(guess), hold(base)
-        for _ in range(NEWTON_STEPS - 1):
-            force, slope = seen_forces(fixed + _times(hold(see), f))
-            f = hold(f - _times(_inverse(eye - hold(slope)), f - force))
+        still = hold(see)
+
+        def newton(_: int, f: Array) -> Array:
+            force, slope = seen_forces(fixed + _times(still, f))
+            return hold(f - _times(_inverse(eye - hold(slope)), f - force))
+
+        # a loop, not three copies: compiling is what a user waits for
+        f = jax.lax.fori_loop(0, NEWTON_STEPS - 1, newton, f)
         # the last step carries the derivatives: exact by the implicit function theorem
         force, slope = seen_forces(base + _times(see, f))
         move = _times(hold(_inverse(eye - slope)), f - force)
@@ -363,12 +368,18 @@ def _march_laws(
         if law.jumps:
             fresh = law.force(*seen_at(carry[0], w0))
             state = (carry[0], fresh, jnp.concatenate([fresh, fresh]))
-        for k in range(substeps):
+
+        def part(k: int, now: tuple[Any, Array]) -> tuple[Any, Array]:
+            state, worst = now
             low = w0 + (w1 - w0) * (k / substeps)
             high = w0 + (w1 - w0) * ((k + 1) / substeps)
             *moved, defect = one(state, (low, high))
-            state = tuple(moved)
-            worst = jnp.maximum(worst, defect)
+            return tuple(moved), jnp.maximum(worst, defect)
+
+        if substeps == 1:
+            state, worst = part(0, (state, worst))
+        else:
+            state, worst = jax.lax.fori_loop(0, substeps, part, (state, worst))
         return state, (state[0], state[1], worst)
 
     f0 = law.force(*seen_at(x0, first[0]))

@@ -1,4 +1,4 @@
-"""What does the simulation get wrong, where, why, and what is gained by mending it?"""
+"""What the simulation gets wrong, where, why, and what is gained by mending it."""
 
 from __future__ import annotations
 

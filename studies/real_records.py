@@ -1,4 +1,4 @@
-"""Does the suite find, on real records, what is known of them from elsewhere?"""
+"""Sets what comes out of real records beside what is known of them from elsewhere."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from .diagnosis import diagnose_records
 from .engine import Progress, write_together
 from .identify import identify_records
 from .study import Call, Study
+
+QUESTION = "Does the suite find, on real records, what is known of them from elsewhere?"
 
 USUAL = Path("..", "shared", "data")
 """Where the records lie, as seen from the current folder or from the package's own."""
@@ -84,7 +86,7 @@ def run(call: Call) -> dict[str, Any]:
         claims += part(data, call.progress)
     call.progress("")
     result = {
-        "question": __doc__.strip() if __doc__ else "",
+        "question": QUESTION,
         "protocol": list(PROTOCOL),
         "rows": [asdict(claim) for claim in claims],
         "holds": all(claim.holds for claim in claims),
@@ -141,6 +143,10 @@ def _causes(result: Mapping[str, Any]) -> list[str]:
 def _named(result: Mapping[str, Any], law: str, place: str) -> dict[str, Any] | None:
     same = (one for one in result["causes"] if (one["law"], one["place"]) == (law, place))
     return next(same, None)
+
+
+def _strength(cause: Mapping[str, Any]) -> dict[str, Any]:
+    return next(iter(cause["parameters"].values()))
 
 
 def _told(result: Mapping[str, Any]) -> str:
@@ -204,7 +210,7 @@ def _emps(data: Path, progress: Progress) -> list[Claim]:
     result = _diagnosed(data, "emps", ["train"], ["pulses"], progress)
     friction = _named(result, "coulomb_friction", "screw")
     mass = result["parameters"]["masses.carriage.mass"]
-    force = friction["parameters"]["force"] if friction else {"value": 0.0, "std": 0.0}
+    force = _strength(friction) if friction else {"value": 0.0, "std": 0.0}
     before, after = (1e3 * _error(result, "pulses", f"rms_{w}") for w in ("before", "after"))
     name = "emps/train, held out pulses"
     return [
@@ -277,8 +283,8 @@ def _pendulum(data: Path, progress: Progress) -> list[Claim]:
 
     result = _diagnosed(data, "pendulum", ["swing_01", "swing_03"], ["swing_02"], progress)
     causes, status = _causes(result), result["status"]
-    sine, cubic = "pivot/gravity" in causes, _named(result, "cubic_stiffness", "pivot")
-    softens = cubic is not None and cubic["parameters"]["stiffness"]["value"] < 0
+    sine, cubic = "bob/gravity" in causes, _named(result, "cubic_stiffness", "pivot")
+    softens = cubic is not None and _strength(cubic)["value"] < 0
     dry = [why for why in result["why"] if why.startswith("pivot/coulomb_friction")]
     friction = "pivot/coulomb_friction" in causes
     errors = [_error(result, "swing_02", f"rms_{w}") for w in ("before", "after")]
@@ -373,4 +379,4 @@ def show(result: Mapping[str, Any]) -> None:
         console.print(f"  - {line}")
 
 
-STUDY = Study("real_records", __doc__.strip() if __doc__ else "", run, show)
+STUDY = Study("real_records", QUESTION, run, show)

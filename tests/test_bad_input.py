@@ -424,6 +424,58 @@ def test_says_in_one_line_what_is_wrong(
     assert not out.exists()
 
 
+FITTED = (
+    "text in numbers",
+    "one row",
+    "clipped channel",
+    "unknown unit",
+    "inputs only",
+    "place that does not exist",
+    "missing rig",
+    "mass of zero",
+    "loop through the ground",
+    "no sidecar",
+)
+
+
+@pytest.mark.parametrize("command", ["identify", "diagnose"])
+@pytest.mark.parametrize("name", FITTED)
+def test_commands_that_fit_say_the_same(
+    command: str, name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    case, out = CASES[name], tmp_path / "out"
+    lay_out(case, tmp_path)
+    code = main([command, str(tmp_path / case.argument), "--out", str(out), "--json"])
+    said = capsys.readouterr()
+    assert (code, said.out) == (2, "")
+    check_line(said.err, case.fault, case.words)
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("command", ["identify", "diagnose"])
+def test_two_records_of_one_name_and_two_rigs_are_refused(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for folder in (tmp_path / "a", tmp_path / "b"):
+        folder.mkdir()
+        lay_out(Case("", ()), folder)
+    both = [str(tmp_path / folder / "bench.toml") for folder in "ab"]
+    assert main([command, *both]) == 2
+    check_line(capsys.readouterr().err, "bench.toml", ("twice", "rename"))
+    (tmp_path / "b" / "bench.toml").rename(tmp_path / "b" / "other.toml")
+    assert main([command, both[0], str(tmp_path / "b" / "other.toml")]) == 2
+    check_line(capsys.readouterr().err, "bench.toml", ("one rig", "2 different"))
+
+
+def test_a_record_that_is_only_held_out_cannot_be_diagnosed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = SIDECAR.replace("[channels.time]", 'split = "held_out"\n[channels.time]', 1)
+    lay_out(Case("", (), sidecar=text), tmp_path)
+    assert main(["diagnose", str(tmp_path / "bench.toml"), "--json"]) == 2
+    check_line(capsys.readouterr().err, "records", ("only held-out ones",))
+
+
 def test_the_unbroken_one_passes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lay_out(Case("", ()), tmp_path)
     assert main(["check", str(tmp_path / "bench.toml"), "--out", str(tmp_path / "out")]) == 0

@@ -86,6 +86,7 @@ def make_bench(
     noise_law: dict[str, float] | None = None,
     seed: int = 1,
     prefix: str = "",
+    finer: int = 1,
 ) -> Bench:
     """Write and read records of the cart.
 
@@ -103,9 +104,10 @@ def make_bench(
         noise_law: its parameters.
         seed: of the noise and of the forces.
         prefix: of the records' names.
+        finer: samples in place of one.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    made = plant(motion, free, damping)
+    made = replace(plant(motion, free, damping), rate=RATE * finer, count=COUNT * finer)
     trials = []
     for index, share in enumerate((*reaches, *held)):
         if driven:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from supple.identification.extend import extended_model, held_out, thinned
-from supple.identification.fit import solve
+from supple.identification.fit import fit_base, solve
 from supple.identification.problem import Problem, make_problem
 from supple.identification.screen import screen
+from supple.model.rig import read_rig
 from tests.identification.benches import make_bench
 
 
@@ -78,9 +79,6 @@ def test_numbers_of_each_record_start_from_the_typical_one(clean_fit, tmp_path):
     bench.rig.path.write_text(
         text[:at] + text[at:].replace("free = true", 'free = true, per = "record"', 1)
     )
-    from supple.identification.fit import fit_base
-    from supple.model.rig import read_rig
-
     rig = read_rig(bench.rig.path)
     fit = fit_base(make_problem(bench.records, rig))
     found = held_out(fit, make_problem(bench.held, rig))
@@ -91,43 +89,18 @@ def test_numbers_of_each_record_start_from_the_typical_one(clean_fit, tmp_path):
 
 
 def test_thinned_records_keep_the_answers(tmp_path):
-    bench = make_bench(tmp_path, held=())
-    problem = make_problem(bench.records, bench.rig)
-    fine = tuple(_finer(prepared, 8) for prepared in problem.records)
-    dense = replace(problem, records=fine)
+    bench = make_bench(tmp_path, held=(), finer=8, snr_db=90.0)
+    dense = make_problem(bench.records, bench.rig)
     thin = thinned(dense)
     for before, after in zip(dense.records, thin.records, strict=True):
         assert after.count < 0.6 * before.count
         assert after.step * after.count == pytest.approx(before.step * before.count, rel=0.02)
         assert after.sensors[0].times[1] == pytest.approx(after.step)
-    from supple.identification.fit import fit_base
-
     whole, part = fit_base(dense), fit_base(thin)
     for name in ("links.spring.stiffness", "links.spring.damping"):
         i, j = whole.index(name), part.index(name)
         assert part.value(j) == pytest.approx(whole.value(i), abs=3 * part.std(j))
-
-
-def _finer(prepared, factor):
-    """A record sampled more finely, by interpolation of what is smooth, with noise of its own."""
-    from scipy.interpolate import CubicSpline
-
-    from supple.identification.prepare import bucket
-
-    count = (prepared.count - 1) * factor + 1
-    step = prepared.step / factor
-    times = np.arange(count) * step
-    rng = np.random.default_rng(3)
-    sensors = tuple(
-        replace(
-            s,
-            values=CubicSpline(s.times, s.values)(times) + 1e-4 * rng.standard_normal(count),
-            times=times,
-        )
-        for s in prepared.sensors
-    )
-    inputs = np.zeros((bucket(count), prepared.inputs.shape[1]))
-    return replace(prepared, step=step, count=count, sensors=sensors, inputs=inputs)
+        assert part.std(j) > whole.std(i)
 
 
 def test_short_records_are_not_thinned(softening_fit):

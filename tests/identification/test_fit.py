@@ -140,8 +140,11 @@ def test_two_constants_that_trade_off_are_named_with_each_other(tmp_path):
     told = identifiability(fit)
     doubted = {name for name, one in told.items() if one["identifiable"] != "yes"}
     assert {"masses.cart.mass", "links.spring.stiffness"} <= doubted, told
-    for name in doubted:
-        assert told[name]["note"]
+    stiffness = told["links.spring.stiffness"]
+    assert stiffness["identifiable"] == "coupled"
+    assert stiffness["partner"] in ("masses.cart.mass", "links.spring.damping")
+    value, std = constants(fit)["masses.cart.mass"]
+    assert std > value, "a free decay tells ratios alone"
 
 
 def naive(fit: Fit) -> np.ndarray:
@@ -151,7 +154,7 @@ def naive(fit: Fit) -> np.ndarray:
 
 
 def test_errors_grow_where_misfit_is_left_and_only_there(clean_fit, softening_fit):
-    assert clean_fit.covariance == pytest.approx(naive(clean_fit), rel=1e-9)
+    assert clean_fit.covariance == pytest.approx(naive(clean_fit), rel=1e-6, abs=1e-18)
     index = softening_fit.index("links.spring.stiffness")
     grown = softening_fit.covariance[index, index] / naive(softening_fit)[index, index]
     assert grown > 1.5

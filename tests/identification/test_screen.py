@@ -1,5 +1,7 @@
 """The screen: what one linear step promises is what a refit keeps, for weak effects."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from supple.identification.screen import (
     Candidate,
     _columns,
     _force_columns,
+    _held,
     alikeness,
     entry_of,
     possible_causes,
@@ -87,15 +90,13 @@ def test_forces_of_laws_give_the_same_columns_as_the_laws_themselves(clean_fit):
     for index, (place, law) in enumerate(causes):
         size = np.linalg.norm(slow[:, index])
         gap = np.linalg.norm(quick[:, index] - slow[:, index])
-        assert gap < 1e-2 * size, f"{place}/{law.name}: {gap / size:.1e}"
+        smooth = law.name in ("cubic_stiffness", "quadratic_damping")
+        # 25 samples a period: corners fall between them
+        assert gap < (1e-2 if smooth else 5e-2) * size, f"{place}/{law.name}: {gap / size:.1e}"
 
 
 def _wide(fit, causes, entries):
     """Columns by the nonlinear integrator at the laws' null, one place after the other."""
-    from dataclasses import replace
-
-    from supple.identification.screen import _held
-
     for index, (cause, entry) in enumerate(zip(causes, entries, strict=True)):
         model = replace(fit.model, entries=(entry,), causes=(cause,), fixed=_held(fit))
         yield [index], model.jacobian(np.zeros(1))[: fit.count]

@@ -1,0 +1,1 @@
+"""From a robot to a swing or a design."""

@@ -1,0 +1,139 @@
+"""The diagnosis: right names, silence on clean records, wrong laws refused, greed in order."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from supple.identification import screen as screening
+from supple.identification.diagnose import LEAST_EVIDENCE, diagnose, split_records
+from supple.identification.evidence import (
+    delta_bic,
+    effective_samples,
+    excess,
+    explained,
+)
+from supple.model.law import library
+from tests.identification.benches import Bench, make_bench
+from tests.identification.conftest import CUBIC
+
+
+def run(bench: Bench):
+    """The bench's records, diagnosed."""
+    return diagnose(bench.records, bench.rig, bench.held)
+
+
+def names(found) -> list[str]:
+    """Accepted causes, in order."""
+    return [trial.candidate.name for trial in found.accepted]
+
+
+def strength(found, name: str) -> tuple[float, float]:
+    """Value and standard error of a cause in the final fit."""
+    index = found.final.index(name)
+    return found.final.value(index), found.final.std(index)
+
+
+def test_a_softening_spring_is_named_with_its_strength(softening_diagnosis):
+    found = softening_diagnosis
+    assert (found.status, names(found)) == ("named", ["spring/cubic_stiffness"])
+    value, std = strength(found, "spring/cubic_stiffness")
+    assert abs(value - CUBIC) < 4 * std and std < 0.01 * abs(CUBIC)
+    assert excess(found.base) > 10 and excess(found.final) < 0.3
+    assert explained(found.base, found.final) > 0.99
+    assert found.whiteness[0] < 1e-6 < found.whiteness[1]
+
+
+def test_dry_friction_is_named_with_its_strength(tmp_path):
+    found = run(make_bench(tmp_path, [("coulomb_friction", 0.02)]))
+    assert (found.status, names(found)) == ("named", ["spring/coulomb_friction"])
+    value, std = strength(found, "spring/coulomb_friction")
+    assert value == pytest.approx(0.02, rel=0.03) and std < 0.1 * value
+
+
+def test_clean_decays_are_adequate(clean_diagnosis):
+    found = clean_diagnosis
+    assert (found.status, found.accepted, found.final) == ("adequate", (), found.base)
+    assert found.held_after is found.held_before
+
+
+@pytest.mark.parametrize("rho", [0.5, 0.9])
+def test_clean_decays_under_coloured_noise_are_adequate(tmp_path, rho):
+    found = run(make_bench(tmp_path, noise="ar1", noise_law={"rho": rho}, seed=3, snr_db=30.0))
+    assert (found.status, names(found)) == ("adequate", [])
+
+
+def test_clean_driven_records_are_adequate(tmp_path):
+    found = run(make_bench(tmp_path, driven=True, snr_db=30.0))
+    assert (found.status, names(found)) == ("adequate", [])
+
+
+def test_two_causes_are_found_one_after_the_other(tmp_path):
+    effects = [("cubic_stiffness", CUBIC), ("quadratic_damping", 1.0)]
+    found = run(make_bench(tmp_path, effects))
+    assert found.status == "named"
+    assert sorted(names(found)) == ["spring/cubic_stiffness", "spring/quadratic_damping"]
+    costs = [excess(stage) for stage in found.stages]
+    assert costs == sorted(costs, reverse=True) and len(costs) == 3
+    assert found.stages[0] is found.base and found.stages[-1] is found.final
+    first = found.accepted[0]
+    weight = explained(found.base, found.stages[1])
+    assert weight > 0.5, "the law that explains most comes first"
+    assert all(trial.delta_bic >= LEAST_EVIDENCE for trial in found.accepted)
+    assert [law.name for _, law in first.fit.model.causes] == [first.candidate.law.name]
+
+
+def test_where_the_library_lacks_the_law_nothing_wrong_is_named(tmp_path, monkeypatch):
+    bench = make_bench(tmp_path, [("cubic_stiffness", CUBIC)])
+    wrong = ["quadratic_damping", "coulomb_friction"]
+    monkeypatch.setattr(
+        screening, "possible_causes", lambda fit: [("spring", library()[n]) for n in wrong
+        if n not in {law.name for _, law in fit.model.causes}],
+    )  # fmt: skip
+    found = run(bench)
+    assert found.status == "unknown"
+    assert excess(found.final) > 10
+
+
+def test_a_law_that_does_not_foretell_is_refused(softening_diagnosis):
+    found = softening_diagnosis
+    for trial in found.trials:
+        name = trial.candidate.name
+        assert (trial.verdict == "accepted") == (name in names(found)), (name, trial.verdict)
+
+
+def test_evidence_is_earned(softening_diagnosis, clean_fit):
+    base, final = softening_diagnosis.base, softening_diagnosis.final
+    accepted = softening_diagnosis.accepted[0]
+    assert accepted.delta_bic > 100
+    assert delta_bic(base, base) == 0.0
+    assert explained(base, base) == 0.0
+    count = effective_samples(clean_fit)
+    assert 0.5 * clean_fit.count < count <= clean_fit.count, "white residuals count in full"
+    assert effective_samples(final) > 2 * effective_samples(base), "an error of few tones does not"
+
+
+def test_what_these_records_cannot_show_is_said(clean_diagnosis):
+    found = clean_diagnosis
+    tried = {candidate.name for candidate in found.candidates}
+    assert set(found.cannot_tell) <= tried
+    assert "see_cart/sensor_offset" in found.cannot_tell or "spring/cubic_stiffness" in tried
+    for first, second, alike in found.confusable:
+        assert {first, second} <= tried and 0.9 < alike <= 1.0 + 1e-9
+
+
+def test_which_records_are_held_out(clean):
+    one, two, three = clean.records[0], clean.records[1], clean.held[0]
+    assert three.split == "held_out"
+    rest, kept, _ = split_records([one, two, three], [])
+    assert (rest, kept) == ([one, two], [three])
+    auto = [replace(r, split="auto") for r in (one, two, three)]
+    rest, kept, how = split_records(auto, [])
+    middle = sorted(auto, key=lambda r: float(np.ptp(r.responses[0].values)))[1]
+    assert kept == [middle] and len(rest) == 2 and "middle amplitude" in how
+    rest, kept, how = split_records(auto[:2], [])
+    assert len(rest) == 2 and not kept and "no record could be spared" in how
+    rest, kept, _ = split_records(auto, [auto[0]])
+    assert kept == [auto[0]] and rest == auto[1:]
+    with pytest.raises(ValueError, match=r"at least one to fit, found only held-out ones.*Mend"):
+        split_records([three], [])
