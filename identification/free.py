@@ -188,16 +188,26 @@ def _start_scales(
         row = np.asarray(mechanism.sensor_row(port.place, port.quantity, port.frame, numbers))[:n]
         shape = np.abs(np.linalg.solve(dynamic, row))
         seen = float(np.abs(row) @ shape)
-        size = np.ptp(sensor.values) / omega ** DERIVATIVES[port.quantity]
+        size = np.ptp(_telling(sensor, prepared)) / omega ** DERIVATIVES[port.quantity]
         if seen > 0:
             best = np.maximum(best, size * np.maximum(shape, 1e-3 * shape.max()) / seen)
     best[best == 0] = best.max() or 1.0
     return best, best * omega
 
 
+def _telling(sensor: Sensor, prepared: Prepared) -> np.ndarray:
+    """Samples that say how large things are: of a decay its opening, which is largest anyway.
+
+    So what comes later in a held-out decay cannot reach its forecast.
+    """
+    if not prepared.free or prepared.opening <= 0:
+        return sensor.values
+    return sensor.values[sensor.times <= prepared.opening]
+
+
 def _channel_entries(sensor: Sensor, index: int, prepared: Prepared) -> list[Entry]:
     channel = sensor.channel
-    reach = float(np.max(np.abs(sensor.values)))
+    reach = float(np.max(np.abs(_telling(sensor, prepared))))
     tolerance = dict(channel.tolerance)
     offset = tolerance.get("offset", OFFSET_TOLERANCE * reach)
     name = channel.name

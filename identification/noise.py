@@ -91,11 +91,12 @@ class Trust:
 SHARE = 0.1
 
 
-def trust_of(values: np.ndarray) -> Trust:
-    """Weights of a channel, shape (t,), for finding its start state [channel's unit]."""
-    noise = np.std(np.diff(values, 3)) / np.sqrt(20.0)
+def trust_of(values: np.ndarray, count: int) -> Trust:
+    """Weights of a channel, shape (t,), out of its first `count` samples [channel's unit]."""
+    known = values[: max(count, 8)]
+    noise = np.std(np.diff(known, 3)) / np.sqrt(20.0)
     moved = np.maximum.accumulate(np.abs(values - values[0]))
-    return Trust(noise + SHARE * moved + 1e-12 * np.max(np.abs(values)) + 1e-300)
+    return Trust(noise + SHARE * moved + 1e-12 * np.max(np.abs(known)) + 1e-300)
 
 
 @dataclass(frozen=True)

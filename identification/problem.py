@@ -279,7 +279,11 @@ def opening_model(model: Model) -> Model:
     Long records are cut short; others are masked, which needs no further compiled length.
     """
     records = tuple(opening(p) if p.count > MANY else p for p in model.problem.records)
-    trust = {(p.name, s.channel.name): trust_of(s.values) for p in records for s in p.sensors}
+    trust = {
+        (p.name, s.channel.name): trust_of(s.values, int(np.sum(s.times <= p.opening)))
+        for p in records
+        for s in p.sensors
+    }
     return replace(
         model, problem=replace(model.problem, records=records), noises=trust, only_opening=True
     )

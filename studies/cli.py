@@ -266,6 +266,22 @@ def study_run(
     finish(replace(session, out=None), result, f"{name}.json", chosen.show)
 
 
+@command
+def demo(
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Do the main job on bundled records; without --out, write to demo-report."""
+    from .demo import FOLDER, diagnose_demo, show_demo
+    from .engine import progress_of
+
+    session = Session(out or FOLDER, seed, as_json, quiet)
+    result, trusted = diagnose_demo(session.out, seed, progress_of(session.talks))
+    finish(replace(session, out=None), result, "diagnosis.json", show_demo, trusted)
+
+
 # The family of "no such option" and "missing argument", whose own name typer keeps to itself.
 _USAGE: type[Exception] = cast("type[Exception]", typer.BadParameter.__mro__[2])
 

@@ -13,6 +13,7 @@ from .diagnosis import extended_rig, show_diagnosis, write_diagnosis
 from .engine import Progress, read_inputs
 
 if TYPE_CHECKING:
+    from ..model.drive_file import DriveSpec
     from ..model.rig import Rig
 
 FOLDER = Path("demo-report")
@@ -54,24 +55,27 @@ def diagnose_demo(
         inputs = read_inputs(sidecars, None)
         from ..identification.diagnose import diagnose
         from ..identification.verdict import diagnosis_json
+        from ..model.drive_file import read_drive
 
         found = diagnose(inputs.records, inputs.rig, inputs.held_out, progress)
         progress("searching the wrist again")
         bare = extended_rig(replace(found, final=found.base, accepted=()), inputs.rig)
-        decision = wrist_decision(bare, extended_rig(found, inputs.rig), blow)
+        spec = read_drive(blow)
+        inputs.files[str(blow)] = spec.sha256
+        decision = wrist_decision(bare, extended_rig(found, inputs.rig), spec)
         progress("")
         result = diagnosis_json(found, inputs.provenance(seed)) | {"decision": decision}
         write_diagnosis(result, found, inputs, out)
     return result, found.final.converged
 
 
-def wrist_decision(before: Rig, after: Rig, drive_path: Path) -> dict[str, Any]:
+def wrist_decision(before: Rig, after: Rig, spec: DriveSpec) -> dict[str, Any]:
     """The best wrist by two models of one rig, and what ignoring the difference costs.
 
     Args:
         before: the rig as fitted without its cause.
         after: the rig as fitted with it.
-        drive_path: what moves every design.
+        spec: what moves every design.
 
     Returns:
         The contract's ``decision``: stiffness [N m/rad], damping [N m s/rad] and root mean square
@@ -82,13 +86,11 @@ def wrist_decision(before: Rig, after: Rig, drive_path: Path) -> dict[str, Any]:
     """
     import numpy as np
 
-    from ..model.drive_file import read_drive
     from ..model.drives import drive_of
     from ..model.linear import Port
     from ..model.mechanism import mechanism_of
     from ..optimize.wrist import WristTask, decide, map_wrists
 
-    spec = read_drive(drive_path)
     mechanism = mechanism_of(before)
     axes = [np.geomspace(axis["low"], axis["high"], axis["count"]) for axis in (STIFFNESS, DAMPING)]
     times = np.arange(round(spec.duration * spec.sample_rate)) / spec.sample_rate

@@ -133,7 +133,7 @@ def test_a_stated_noise_is_taken_at_its_word():
 
 def test_trust_falls_with_how_far_things_have_moved():
     values = PREDICTED[0] - PREDICTED + 0.01 * draw((), 6)
-    trust = trust_of(values)
+    trust = trust_of(values, len(values))
     assert np.all(np.diff(trust.std) >= 0)
     assert 0.008 < trust.std[0] < 0.02
     assert trust.std[-1] > 100 * trust.std[0]
