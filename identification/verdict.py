@@ -15,6 +15,7 @@ from .identifiable import identifiability
 from .screen import Candidate
 
 NORMAL_95 = 1.959964
+NOISE_WORDS = {"ar1": "AR(1)", "ar2": "AR(2)"}
 
 
 def amount(value: float, std: float, unit: str) -> str:
@@ -120,14 +121,16 @@ def why_of(diagnosis: Diagnosis) -> list[str]:
     """The evidence in a few sentences [-]."""
     base, final = diagnosis.base, diagnosis.final
     noise = noise_json(final)
+    count = len(diagnosis.accepted)
+    with_laws = f"; with {_counted(count)} {1.0 + excess(final):.3g} times" if count else ""
     said = [
-        f"Noise chosen first: {noise['law']}; without any law the residual has "
-        f"{1.0 + excess(base):.3g} times its power, with {len(diagnosis.accepted)} law(s) "
-        f"{1.0 + excess(final):.3g} times."
+        f"Noise law chosen first: {NOISE_WORDS.get(noise['law'], noise['law'])}. Without any law "
+        f"the residual has {1.0 + excess(base):.3g} times its power{with_laws}."
     ]
     if diagnosis.accepted:
         share = explained(base, final)
-        said.append(f"The law(s) explain {100 * share:.1f} % of the misfit beyond the noise.")
+        who = "The law explains" if count == 1 else f"The {count} laws explain"
+        said.append(f"{who} {100 * share:.1f} % of the misfit beyond the noise.")
         first = diagnosis.accepted[0]
         said.append(
             f"{first.candidate.name} was first of {len(diagnosis.candidates)} tried: BIC falls by "
@@ -137,6 +140,10 @@ def why_of(diagnosis: Diagnosis) -> list[str]:
         if trial.verdict.startswith("refused"):
             said.append(f"{trial.candidate.name} {trial.verdict}.")
     return said[:6]
+
+
+def _counted(count: int) -> str:
+    return "one law" if count == 1 else f"{count} laws"
 
 
 def next_of(diagnosis: Diagnosis) -> str:

@@ -193,9 +193,7 @@ def _rounding(
     n2 = 2 * len(plant.mechanism.coordinates)
     moved = exact_outputs(plan, table, task.drive, task.times)[:, :, :n2]
     own = dict(zip(plant.mechanism.names, z[0, plant.slots["numbers"]], strict=True))
-    ends = np.cumsum(
-        [len(plant.mechanism.place_rows(place, own)[1]) for place in plant.law_places]
-    )
+    ends = np.cumsum([len(plant.mechanism.place_rows(place, own)[1]) for place in plant.law_places])
     look = jax.jit(jax.vmap(lambda vector: law_geometry(plant, vector)[:2]))(jnp.asarray(z))
     sizes = []
     for rows in look:

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.signal import butter, find_peaks, sosfiltfilt
 
 _FEWEST_PEAKS = 4  # in one point of the backbone
+_SHORT = 16  # a decay with fewer extrema has a point for every three in a row
 _MOST_POINTS = 20
 
 
@@ -28,7 +29,8 @@ def backbone(times: np.ndarray, values: np.ndarray, noise: float = 0.0) -> Backb
     """Read the backbone off the extrema of a decay.
 
     Extrema are located by a parabola through the samples around them. Those smaller than three
-    times the noise are left out. Points of the backbone are means over at least four extrema.
+    times the noise are left out. Points of the backbone are means over at least four extrema; of
+    a short decay, over each three in a row.
     An offset does not matter, a second mode does unless it is three times higher.
 
     Args:
@@ -104,17 +106,23 @@ def _vertex(values: np.ndarray, place: int, half: int) -> tuple[float, float]:
 def _points(times: np.ndarray, amplitude: np.ndarray, frequency: np.ndarray) -> Backbone:
     """Means over groups of extrema that lie near each other in amplitude."""
     level = np.log(amplitude)
-    step = float(np.ptp(level)) / _MOST_POINTS if len(level) else 0.0
-    points, first = [], 0
-    for last in range(1, len(level) + 1):
-        enough = last - first >= _FEWEST_PEAKS and abs(level[last - 1] - level[first]) >= step
-        if not enough:
-            continue
-        group = slice(first, last)
+    points = []
+    for group in _groups(level):
         rate = -float(np.polyfit(times[group], level[group], 1)[0])
         mean = float(np.mean(frequency[group]))
         points.append((float(np.exp(np.mean(level[group]))), mean, rate))
-        first = last
     table = np.array(points).reshape(-1, 3)
     angular = 2.0 * np.pi * table[:, 1]
     return Backbone(table[:, 0], table[:, 1], table[:, 2] / np.hypot(angular, table[:, 2]))
+
+
+def _groups(level: np.ndarray) -> list[slice]:
+    if len(level) < _SHORT:
+        return [slice(first, first + 3) for first in range(len(level) - 2)]
+    step = float(np.ptp(level)) / _MOST_POINTS
+    groups, first = [], 0
+    for last in range(1, len(level) + 1):
+        if last - first >= _FEWEST_PEAKS and abs(level[last - 1] - level[first]) >= step:
+            groups.append(slice(first, last))
+            first = last
+    return groups

@@ -274,12 +274,13 @@ def demo(
     quiet: Quiet = False,
 ) -> None:
     """Do the main job on bundled records; without --out, write to demo-report."""
-    from .demo import FOLDER, diagnose_demo, show_demo
+    from .demo import FOLDER, diagnose_demo
+    from .diagnosis import show_diagnosis
     from .engine import progress_of
 
     session = Session(out or FOLDER, seed, as_json, quiet)
     result, trusted = diagnose_demo(session.out, seed, progress_of(session.talks))
-    finish(replace(session, out=None), result, "diagnosis.json", show_demo, trusted)
+    finish(replace(session, out=None), result, "diagnosis.json", show_diagnosis, trusted)
 
 
 # The family of "no such option" and "missing argument", whose own name typer keeps to itself.

@@ -9,7 +9,7 @@ from importlib.resources import as_file, files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .diagnosis import extended_rig, show_diagnosis, write_diagnosis
+from .diagnosis import extended_rig, write_diagnosis
 from .engine import Progress, read_inputs
 
 if TYPE_CHECKING:
@@ -65,6 +65,7 @@ def diagnose_demo(
         decision = wrist_decision(bare, extended_rig(found, inputs.rig), spec)
         progress("")
         result = diagnosis_json(found, inputs.provenance(seed)) | {"decision": decision}
+        result["what_next"] += " " + decision_words(decision)
         write_diagnosis(result, found, inputs, out)
     return result, found.final.converged
 
@@ -117,29 +118,17 @@ def wrist_decision(before: Rig, after: Rig, spec: DriveSpec) -> dict[str, Any]:
     return decide(*maps) | {"how": how}
 
 
-def show_demo(result: Mapping[str, Any]) -> None:
-    """Print the verdict on one screen, and what it changes.
-
-    Args:
-        result: of `diagnose_demo`.
-    """
-    from rich.console import Console
-
-    show_diagnosis(result)
-    Console(highlight=False, markup=False).print(decision_words(result["decision"]))
-
-
 def decision_words(decision: Mapping[str, Any]) -> str:
     """What a decision says, in a sentence; its numbers in [SI]."""
     before, after = (decision[key] for key in ("best_before", "best_after"))
     wrists = [
-        f"{one['wrist_stiffness']:.3g} N m/rad with {one['wrist_damping']:.3g} N m s/rad"
+        f"{one['wrist_stiffness']:.3g} N m/rad and {one['wrist_damping']:.3g} N m s/rad"
         for one in (before, after)
     ]
-    loss = 100.0 * decision["loss_if_ignored"]["rms"]
     if wrists[0] == wrists[1]:
-        return f"The best wrist stays {wrists[0]}."
+        return f"The best wrist stays at {wrists[0]}."
+    loss = 100.0 * decision["loss_if_ignored"]["rms"]
     return (
-        f"Best wrist: {wrists[0]} by the old model, {wrists[1]} by the new one; the old choice "
-        f"shakes {loss:.2g} % more."
+        f"The best wrist moves from {wrists[0]} to {wrists[1]}; to keep the old choice costs "
+        f"{loss:.2g} % of vibration."
     )

@@ -86,7 +86,9 @@ def diagnosis_views(found: Diagnosis) -> list[RecordView]:
     place = trials[0].candidate.place if trials else ""
     views = record_views(found.base, found.final, place, "train")
     if found.held_before is not None and found.held_after is not None:
-        views += record_views(found.held_before.fit, found.held_after.fit, place, "held_out")
+        noise = found.held_after.noise
+        held = record_views(found.held_before.fit, found.held_after.fit, place, "held_out")
+        views += [replace(view, noise_std=noise[view.record, view.channel]) for view in held]
     return views
 
 

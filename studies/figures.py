@@ -86,8 +86,11 @@ def record_figure(view: "RecordView") -> Figure:
         rest = figure.add_subplot(grid[1, 0], sharex=whole)
         start, end = telling_window(view)
         _series(whole, view, MEASURED, view.measured, label="measured", linewidth=1.0)
-        whole.axvspan(start, end, color="#f0e442", alpha=0.45, linewidth=0)
-        whole.set(ylabel=f"{view.channel} [{unit}]", title="Whole record (yellow: enlarged)")
+        part = end - start < 0.9 * (view.time[-1] - view.time[0])
+        if part:
+            whole.axvspan(start, end, color="#f0e442", alpha=0.45, linewidth=0)
+        title = "Whole record (yellow: enlarged)" if part else "Measured"
+        whole.set(ylabel=f"{view.channel} [{unit}]", title=title)
         whole.tick_params(labelbottom=False)
         _series(rest, view, BEFORE, view.measured - view.before, linewidth=1.0)
         if extended:
@@ -103,7 +106,8 @@ def record_figure(view: "RecordView") -> Figure:
         zoom.plot(view.time[inside], view.before[inside], "--", color=BEFORE, label=name)
         if extended:
             zoom.plot(view.time[inside], view.after[inside], color=AFTER, label="after")
-        zoom.set(xlabel="time [s]", title="Enlarged: where it was worst")
+        title = "Enlarged: where it was worst" if part else "Measured and simulated"
+        zoom.set(xlabel="time [s]", title=title)
         figure.legend(*zoom.get_legend_handles_labels(), loc="outside upper right", ncols=3)
         _tight(whole, view.time)
         _tight(zoom, view.time[inside])
@@ -229,10 +233,10 @@ def _draw_backbone(left: Axes, right: Axes, view: "RecordView", first: bool) -> 
     extended = bool(np.any(np.asarray(view.after) != np.asarray(view.before)))
     name = "before" if extended else "simulated"
     before = backbone(view.time, view.before, noise)
-    lines.append((name, before, {"color": BEFORE, "linestyle": "--"}))
+    lines.append((name, before, {"color": BEFORE, "linestyle": "--", "marker": "."}))
     if extended:
         after = backbone(view.time, view.after, noise)
-        lines.append(("after", after, {"color": AFTER, "linestyle": "-"}))
+        lines.append(("after", after, {"color": AFTER, "linestyle": "-", "marker": "."}))
     for label, curve, look in lines:
         options: dict[str, Any] = {
             "markersize": 4.5,
@@ -317,7 +321,8 @@ def held_out_figure(views: Sequence["RecordView"]) -> Figure | None:
             spread = float(np.std(view.measured)) or 1.0
             floor = 100.0 * view.noise_std / spread
             axes.plot([floor, floor], [i - 0.4, i + 0.4], color="#009e73", linewidth=2.0)
-        axes.plot([], [], color="#009e73", linewidth=2.0, label="noise")
+        if any(np.isfinite(view.noise_std) for view in chosen):
+            axes.plot([], [], color="#009e73", linewidth=2.0, label="noise")
         axes.set_yticks(range(len(chosen)), [f"{v.record}\n{v.channel}" for v in chosen])
         axes.invert_yaxis()
         axes.set_xlim(0.0, 1.15 * axes.get_xlim()[1])

@@ -94,15 +94,17 @@ def write_fit_report(fit: Mapping[str, Any], views: Sequence["RecordView"], path
     Returns:
         The path.
     """
+    from ..identification.fit import CONVERGED
+
     constants = constant_rows(fit.get("parameters") or {})
     status = str(fit.get("status", ""))
     n_told = sum(row["identifiable"] == "yes" for row in constants)
     told = f"These records tell {n_told} of {len(constants)} constants."
-    trusted = status in ("", "converged", "done", "ok", "adequate", "fitted")
+    trusted = status in ("", "converged", CONVERGED)
     context = {
         "title": fit.get("title") or "Constants with error bars",
         "status": "adequate" if trusted and n_told == len(constants) else "ambiguous",
-        "chip": "Fitted" if trusted else status.replace("_", " ").capitalize(),
+        "chip": "Fitted" if trusted else "Not converged",
         "sentence": fit.get("sentence") or told,
         "dense": len(constants) > 12,
         "constants": constants,

@@ -48,7 +48,7 @@ def diagnosis_sections(
         _constants(diagnosis),
         _nuisances(diagnosis.get("nuisances") or {}),
         _confusable(diagnosis),
-        _decision(diagnosis.get("decision") or {}),
+        _decision(diagnosis),
         _noise(diagnosis.get("noise") or {}),
         _provenance(diagnosis),
     ]
@@ -198,12 +198,11 @@ def _history(history: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
             if step.get("law")
             else "fitted model",
             number_words(step.get("reduced_chi2"), 4),
-            number_words(step.get("bic"), 6),
             number_words(step.get("delta_bic"), 4),
         ]
         for step in history
     ]
-    head = ["step", "misfit over noise", "BIC", "ΔBIC"]
+    head = ["step", "misfit over noise", "ΔBIC"]
     return _section("One law at a time", head=head, rows=rows)
 
 
@@ -223,7 +222,8 @@ def _constants(diagnosis: Mapping[str, Any]) -> dict[str, Any] | None:
         before, after = one.get("before"), one.get("after")
         change = "–"
         if isinstance(before, int | float) and isinstance(after, int | float) and before:
-            change = f"{100.0 * (after / before - 1.0):+.2g} %".replace("-", "−")
+            change = f"{number_words(100.0 * (after / before - 1.0), 2)} %"
+            change = change if after < before else f"+{change}"
         unit = unit_words(str(one.get("unit", "")))
         rows.append([name, unit, number_words(before), pair_words(after, one.get("std")), change])
     for cause in diagnosis.get("causes") or []:
@@ -263,27 +263,47 @@ def _confusable(diagnosis: Mapping[str, Any]) -> dict[str, Any] | None:
     return _section("What these records cannot separate", words, head=head, rows=rows, left=2)
 
 
-def _decision(decision: Mapping[str, Any]) -> dict[str, Any] | None:
-    rows = []
-    for key, label in (
-        ("best_before", "best design, before"),
-        ("best_after", "best design, after"),
-        ("loss_if_ignored", "loss if the cause is ignored"),
-    ):
-        one = decision.get(key)
-        if not isinstance(one, Mapping):
-            continue
-        rows += [
-            [
-                label,
-                str(name),
-                number_words(value) if isinstance(value, int | float) else str(value),
-            ]
-            for name, value in one.items()
-        ]
-    if not rows:
+def _decision(diagnosis: Mapping[str, Any]) -> dict[str, Any] | None:
+    decision = diagnosis.get("decision") or {}
+    before, after = decision.get("best_before") or {}, decision.get("best_after") or {}
+    names = list(dict.fromkeys([*before, *after]))
+    if not names:
         return None
-    return _section("What it changes", head=["", "quantity", "value"], rows=rows, left=2)
+    how = decision.get("how") or {}
+    score = how.get("score") or {}
+    units = {name: one.get("unit", "") for name, one in (diagnosis.get("parameters") or {}).items()}
+    units |= dict.fromkeys((key for key in score if key in names), score.get("unit", ""))
+    rows = [
+        [
+            name,
+            unit_words(str(units.get(name, ""))),
+            number_words(before.get(name)),
+            number_words(after.get(name)),
+        ]
+        for name in names
+    ]
+    losses = [
+        f"The design that the model chose before is {number_words(100.0 * loss, 2)} % worse in "
+        f"{name} than the best one, both judged by the model after."
+        for name, loss in (decision.get("loss_if_ignored") or {}).items()
+        if isinstance(loss, int | float)
+    ]
+    head = ["best design", "unit", "before", "after"]
+    return _section("What it changes", *losses, _how_words(how), head=head, rows=rows, left=2)
+
+
+def _how_words(how: Mapping[str, Any]) -> str:
+    """How the designs were compared, in words."""
+    score, drive, grid = (how.get(key) or {} for key in ("score", "drive", "grid"))
+    if not (score and drive and grid):
+        return ""
+    sides = [axis["count"] for axis in grid.values() if isinstance(axis, Mapping)]
+    window = " to ".join(number_words(time) for time in score.get("window", ()))
+    return (
+        f"{' × '.join(map(str, sides))} designs, each simulated under one {drive['kind']} at the "
+        f"{drive['place']} of {number_words(drive.get('force'))} N for "
+        f"{number_words(1e3 * drive['duration'])} ms; rms of {score.get('rms', '')} over {window} s."
+    )
 
 
 def _missing_force(missing: Mapping[str, Any] | None) -> dict[str, Any] | None:
