@@ -302,7 +302,8 @@ def _how_words(how: Mapping[str, Any]) -> str:
     return (
         f"{' × '.join(map(str, sides))} designs, each simulated under one {drive['kind']} at the "
         f"{drive['place']} of {number_words(drive.get('force'))} N for "
-        f"{number_words(1e3 * drive['duration'])} ms; rms of {score.get('rms', '')} over {window} s."
+        f"{number_words(1e3 * drive['duration'])} ms; rms of {score.get('rms', '')} over "
+        f"{window} s."
     )
 
 
