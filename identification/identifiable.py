@@ -46,7 +46,7 @@ def identifiability(fit: Fit) -> dict[str, dict[str, Any]]:
             kind = "coupled"
             note = f"trades off with {entries[partner].label}"
         elif std > FLAT * value:
-            kind, note = "flat", "its error is as large as itself"
+            kind, note = "flat", "has an error as large as itself"
         else:
             kind, note = "yes", "never moved" if not moved else ""
         found[label] = {"identifiable": kind, "note": note}

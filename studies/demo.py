@@ -64,8 +64,9 @@ def diagnose_demo(
         inputs.files[str(blow)] = spec.sha256
         decision = wrist_decision(bare, extended_rig(found, inputs.rig), spec)
         progress("")
-        result = diagnosis_json(found, inputs.provenance(seed)) | {"decision": decision}
-        result["what_next"] += " " + decision_words(decision)
+        result = diagnosis_json(found, inputs.provenance(seed))
+        result["decision"] = decision
+        result["what_next"] = f"{result['what_next']} {decision_words(decision)}"
         write_diagnosis(result, found, inputs, out)
     return result, found.final.converged
 
@@ -129,6 +130,6 @@ def decision_words(decision: Mapping[str, Any]) -> str:
         return f"The best wrist stays at {wrists[0]}."
     loss = 100.0 * decision["loss_if_ignored"]["rms"]
     return (
-        f"The best wrist moves from {wrists[0]} to {wrists[1]}; to keep the old choice costs "
-        f"{loss:.2g} % of vibration."
+        f"The best wrist moves from {wrists[0]} to {wrists[1]}; the old choice vibrates "
+        f"{loss:.2g} % more."
     )

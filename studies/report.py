@@ -105,9 +105,10 @@ def write_fit_report(fit: Mapping[str, Any], views: Sequence["RecordView"], path
         "title": fit.get("title") or "Constants with error bars",
         "status": "adequate" if trusted and n_told == len(constants) else "ambiguous",
         "chip": "Fitted" if trusted else "Not converged",
-        "sentence": fit.get("sentence") or told,
+        "sentence": told,
         "dense": len(constants) > 12,
         "constants": constants,
+        "words": fit.get("sentence") or "",
         "misfit": _misfit(fit.get("misfit") or {}),
         "sections": fit_sections(fit, views),
         "version": (fit.get("provenance") or {}).get("version", ""),
@@ -179,7 +180,12 @@ def _misfit(misfit: Mapping[str, Any]) -> str:
         return f"Misfit over noise (1 is perfect): {first} before, {last} after."
     white = before.get("whiteness_p")
     words = f"Misfit over noise (1 is perfect): {first}"
-    return words + (f"; whiteness p = {_p_words(white)}." if white is not None else ".")
+    return words + (f"; whiteness p {_equal(white)}." if white is not None else ".")
+
+
+def _equal(value: Any) -> str:
+    words = _p_words(value)
+    return words if words.startswith("<") else f"= {words}"
 
 
 def _gain(gain: Mapping[str, Any]) -> dict[str, Any] | None:
