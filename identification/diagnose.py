@@ -18,6 +18,10 @@ from .screen import VISIBLE, Candidate, alikeness, screen
 
 MOST_CAUSES = 4
 TRIALS = 5
+HOPELESS = 100.0
+"""A quick refit that is worse than the best one by more than this, and by more than a fifth of
+what that gained, is not repeated on the whole records; units of the noise's variance [-]."""
+
 WORTH = 0.2
 """Laws that promise less than this share of the best law's gain are not refitted [-]."""
 
@@ -215,7 +219,8 @@ class _Search:
         quick.sort(key=lambda pair: pair[0].cost)
         found = []
         for fit, candidate in quick[:3]:
-            if found and fit.cost > 0.5 * (quick[0][0].cost + start.cost):
+            best = quick[0][0].cost
+            if found and fit.cost - best > max(HOPELESS, 0.2 * (start.cost - best)):
                 continue
             full = solve(replace(fit.model, problem=self.fit.problem), fit.x, 25)
             found.append(Trial(candidate, full, delta_bic(self.fit, full)))

@@ -15,6 +15,10 @@ from .problem import Key, Model, Problem, base_entries, opening_model, rough_noi
 from .screen import Candidate
 
 MOST_SAMPLES = 4096
+WORTHWHILE = 0.3
+"""Records are thinned only below this share of their length [-]: a new length is compiled anew,
+which costs more than some simulations of what is there."""
+
 LEAST_PERIODS = 6.0
 
 
@@ -58,7 +62,9 @@ def thinned(problem: Problem) -> Problem:
 
     Inputs are averaged over each coarse interval, which keeps their impulse.
     """
-    return replace(problem, records=tuple(_cut(_coarse(p)) for p in problem.records))
+    records = tuple(_cut(_coarse(p)) for p in problem.records)
+    longest, whole = (max(len(p.inputs) for p in some) for some in (records, problem.records))
+    return replace(problem, records=records) if longest < WORTHWHILE * whole else problem
 
 
 def _coarse(prepared: Prepared) -> Prepared:
@@ -128,6 +134,8 @@ def extend(fit: Fit, candidate: Candidate, evaluations: int = 12) -> Fit:
         starts.append(0.5 if abs(step) < 0.05 else float(np.sign(step)))
     best: Fit | None = None
     for start in starts:
+        if best is not None and best.cost < 0.5 * fit.cost:
+            break
         trial = grown(model, np.append(fit.x, start), evaluations)
         if best is None or trial.cost < best.cost:
             best = trial

@@ -324,7 +324,7 @@ def settle(fit: Fit) -> Fit:
         same = all(_alike(noises[key], before[key]) for key in noises)
         problem = replace(fit.problem, floor=floor)
         model = replace(fit.model, problem=problem, noises=noises, horizon=np.inf)
-        fit = solve(model, fit.x, 8 if same else 30)
+        fit = solve(model, fit.x, 40)
         if same:
             break
     problem = with_scales(fit.model, fit.x)

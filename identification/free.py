@@ -261,7 +261,7 @@ def slot_index(plant: Plant, prepared: Prepared, entry: Entry) -> int | None:
     if entry.keys[0].isdigit():
         return base + int(entry.keys[0])
     names = (
-        [channel.name for channel in prepared.record.inputs]
+        list(prepared.drives)
         if entry.slot == "drive"
         else [sensor.channel.name for sensor in prepared.sensors]
     )

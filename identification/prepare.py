@@ -47,6 +47,7 @@ class Prepared:
         count: samples of the simulation's grid.
         inputs: shape (padded, inputs), piecewise linear between samples [SI].
         ports: where the inputs act.
+        drives: the channel behind each input; empty where this record has none there.
         sensors: the measured channels.
         frequency: dominant frequency of the responses [Hz].
         free: whether nothing drives it.
@@ -68,6 +69,7 @@ class Prepared:
     numbers: dict[str, float] = field(default_factory=dict)
     opening: float = 0.0
     at_rest: bool = False
+    drives: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -78,7 +80,7 @@ class Prepared:
 def bucket(count: int) -> int:
     """Padded length for `count` samples, so that few lengths are ever compiled [-]."""
     power = 2 ** max(9, int(np.ceil(np.log2(max(count, 1)))))
-    if power <= 8192:
+    if power <= 2048:
         return power
     for factor in (0.625, 0.75, 0.875):
         if count <= power * factor:
@@ -145,7 +147,7 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
         inputs[:count, index] = column
         inputs[count:, index] = column[-1]
     sensors = tuple(_sensor(channel, times, rate, padded) for channel in responses)
-    ports = tuple(Port(c.place, c.quantity, c.frame, c.held) for c in record.inputs)
+    ports = tuple(Port(c.place, c.quantity, held=c.held) for c in record.inputs)
     first = sensors[0].values
     free = not any(np.ptp(column) > 0 for column in columns)
     frequency = glance(first, sensors[0].channel.sample_rate).frequency
@@ -165,14 +167,70 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
         dict(record.parameters),
         opening,
         not free and _begins_at_rest(sensors),
+        tuple(channel.name for channel in record.inputs),
     )
 
 
 def prepare_all(
     records: Sequence[Record], mechanism: Mechanism, numbers: Mapping[str, float]
 ) -> tuple[Prepared, ...]:
-    """`prepare` for each record of a rig with the given numbers [SI]."""
-    return tuple(prepare(record, mechanism, numbers) for record in records)
+    """`prepare` for each record of a rig with the given numbers [SI].
+
+    A force that drives only some of them is a force of nothing in the others, and shorter records
+    are filled up: all share one compiled plant.
+    """
+    found = [prepare(record, mechanism, numbers) for record in records]
+    longest = max((len(prepared.inputs) for prepared in found), default=0)
+    found = [_padded(p, longest) if 2 * len(p.inputs) >= longest else p for p in found]
+    forces = {key for prepared in found for key in _forces(prepared)}
+    return tuple(_with_forces(prepared, sorted(forces)) for prepared in found)
+
+
+def _padded(prepared: Prepared, count: int) -> Prepared:
+    """The record on a longer grid: every input stays at its last value."""
+    more = count - len(prepared.inputs)
+    if not more:
+        return prepared
+    inputs = np.concatenate([prepared.inputs, np.repeat(prepared.inputs[-1:], more, axis=0)])
+    sensors = []
+    for sensor in prepared.sensors:
+        sampling = sensor.sampling
+        if sampling is not None:
+            sampling = sampling.copy()
+            sampling.resize(sampling.shape[0], count)
+        sensors.append(replace(sensor, sampling=sampling))
+    return replace(prepared, inputs=inputs, sensors=tuple(sensors))
+
+
+ForceKey = tuple[str, str, bool, int]
+
+
+def _forces(prepared: Prepared) -> dict[ForceKey, int]:
+    """Index of each force by place, quantity, whether held, and which of several."""
+    found: dict[ForceKey, int] = {}
+    for index, port in enumerate(prepared.ports):
+        if port.quantity in FORCES:
+            alike = sum(port == other for other in prepared.ports[:index])
+            found[port.place, port.quantity, port.held, alike] = index
+    return found
+
+
+def _with_forces(prepared: Prepared, forces: Sequence[ForceKey]) -> Prepared:
+    """The record with these forces in this order, then its motion of the ground."""
+    own = _forces(prepared)
+    ports, drives, columns = [], [], []
+    for key in forces:
+        at = own.get(key)
+        ports.append(Port(key[0], key[1], held=key[2]))
+        drives.append("" if at is None else prepared.drives[at])
+        columns.append(np.zeros(len(prepared.inputs)) if at is None else prepared.inputs[:, at])
+    for index, port in enumerate(prepared.ports):
+        if port.quantity not in FORCES:
+            ports.append(port)
+            drives.append(prepared.drives[index])
+            columns.append(prepared.inputs[:, index])
+    inputs = np.stack(columns, axis=1) if columns else prepared.inputs
+    return replace(prepared, ports=tuple(ports), drives=tuple(drives), inputs=inputs)
 
 
 REST = 0.1

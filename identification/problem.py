@@ -12,7 +12,8 @@ import numpy as np
 from ..model.law import Law, Scales
 from ..model.linear import Mechanism
 from ..model.mechanism import mechanism_of
-from ..model.respond import Plant, numbers_vector, simulate, tangents
+from ..model.plant import Plant, numbers_vector
+from ..model.respond import simulate, tangents
 from ..model.rig import Rig
 from .free import Entry, day_entries, drive_entries, nuisance_entries, rig_entries, slot_index
 from .noise import Noise, Trust, trust_of
@@ -53,6 +54,21 @@ class Problem:
     def numbers(self) -> dict[str, float]:
         """The rig's own numbers by name [SI]."""
         return {name: number.value for name, number in self.rig.parameters.items()}
+
+    @cached_property
+    def lanes(self) -> int:
+        """Directions that a Jacobian of the base and two laws needs [-].
+
+        Smaller ones are padded to it, so that they share its compiled code.
+        """
+        entries = base_entries(self)
+        own = [sum(e.record in (None, p.name) for e in entries) for p in self.records]
+        return padded_lanes(max(own, default=0) + 2)
+
+
+def padded_lanes(count: int) -> int:
+    """`count` directions filled up to one of few numbers [-]."""
+    return -(-max(count, 1) // LANES) * LANES
 
 
 def make_problem(records: Sequence[Record], rig: Rig) -> Problem:
@@ -160,13 +176,13 @@ class Model:
         return (
             jnp.asarray(prepared.inputs),
             jnp.asarray(prepared.step),
-            jnp.asarray(self.widths()),
+            self.widths(),
         )
 
     def grid(self, prepared: Prepared, x: np.ndarray, finer: int = 1) -> np.ndarray:
         """Every sensor on the simulation's grid, shape (padded, sensors + 1) [SI]."""
         substeps = self.substeps(prepared) * (finer if self.places else 1)
-        z = jnp.asarray(self.vector(prepared, x))
+        z = self.vector(prepared, x)
         return np.asarray(simulate(self.plant(prepared), substeps, z, *self.arguments(prepared)))
 
     def predict(self, x: np.ndarray, finer: int = 1) -> dict[Key, np.ndarray]:
@@ -205,14 +221,13 @@ class Model:
     def sensitivity(self, prepared: Prepared, x: np.ndarray) -> list[np.ndarray]:
         """Derivative of each sensor's grid by x, one array (padded, entries) a sensor [SI]."""
         plant, links = self.plant(prepared), self.links(prepared)
-        lanes = -(-max(len(links), 1) // LANES) * LANES
+        lanes = max(padded_lanes(len(links)), self.problem.lanes)
         directions = np.zeros((lanes, plant.size))
         for lane, (i, at) in enumerate(links):
             directions[lane, at] = self.scale[i]
-        z = jnp.asarray(self.vector(prepared, x))
-        arguments = self.arguments(prepared)
-        substeps = self.substeps(prepared)
-        moved = np.asarray(tangents(plant, substeps, z, jnp.asarray(directions), *arguments))
+        z, arguments = self.vector(prepared, x), self.arguments(prepared)
+        moved = np.asarray(tangents(plant, self.substeps(prepared), z, directions, *arguments))
+        # a simulation that ran away is a constant to `residual`: its slope is zero
         moved = np.where(np.isfinite(moved), moved, 0.0)
         where = [i for i, _ in links]
         found = []

@@ -11,11 +11,12 @@ import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
 from ..model.law import Law, Place, Scales, library
-from ..model.respond import Plant, force_responses, numbers_vector
+from ..model.plant import Plant, numbers_vector
+from ..model.respond import force_responses
 from .fit import Fit
 from .free import Entry, law_entry
 from .motions import motions
-from .problem import LANES, Cause, sample
+from .problem import Cause, padded_lanes, sample
 
 VISIBLE = 3.0
 """A law of natural strength that moves the records by less than this many noise units, after
@@ -193,7 +194,7 @@ def _force_columns(fit: Fit, causes: Sequence[Cause], entries: Sequence[Entry]) 
     for index, prepared in enumerate(problem.records):
         plant = replace(model.plant(prepared), law_places=places)
         z = numbers_vector(plant, model.numbers(prepared, fit.x))
-        lanes = -(-len(causes) // LANES) * LANES
+        lanes = padded_lanes(len(causes))
         forces = np.zeros((lanes, len(prepared.inputs), sum(rows.values())))
         for lane, ((place, law), entry) in enumerate(zip(causes, entries, strict=True)):
             space_k, space_c = place_constants(plant, z, place)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -75,6 +75,83 @@ class Plant:
         """The mechanism's numbers by name [SI] out of `z`."""
         names = self.mechanism.names
         return dict(zip(names, z[self.slots["numbers"]], strict=True))
+
+    @cached_property
+    def bare(self) -> Plant:
+        """The same plant without law places."""
+        return replace(self, law_places=())
+
+    @cached_property
+    def rows(self) -> int:
+        """Number of law rows in force [-]; a place may have several."""
+        return sum(_row_count(self.mechanism, place) for place in self.law_places)
+
+    @cached_property
+    def wiring(self) -> Wiring:
+        """The law places as data."""
+        return _wire(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Wiring:
+    """Which law rows of a mechanism are in force, as data instead of as program.
+
+    Whatever laws act wherever, plants with as many rows share their compiled code; rows are
+    filled up to a power of two with rows on which nothing acts.
+
+    Attributes:
+        select: one row for each law row in force, over all law rows of the mechanism,
+            shape (rows, all rows) [-].
+        spread: from the plant's strengths to the strength of every law of the library on every
+            row, shape (laws, rows, strengths) [-].
+        owner: from the plant's law places to rows, shape (rows, places) [-].
+    """
+
+    select: np.ndarray
+    spread: np.ndarray
+    owner: np.ndarray
+
+    @property
+    def unused(self) -> np.ndarray:
+        """1 for rows on which nothing acts, shape (rows,) [-]."""
+        return 1.0 - self.select.sum(axis=1)
+
+
+@cache
+def laws_of(mechanism: Mechanism) -> tuple[Law, ...]:
+    """Every law that fits any place of a mechanism by a force, each once."""
+    found: dict[str, Law] = {}
+    for place, kind in mechanism.law_places().items():
+        found |= {law.name: law for law in force_laws(kind, mechanism.turns(place))}
+    return tuple(found.values())
+
+
+@cache
+def _row_count(mechanism: Mechanism, place: str) -> int:
+    ones = dict.fromkeys(mechanism.names, 1.0)
+    return len(mechanism.place_rows(place, ones, np)[1])
+
+
+def _wire(plant: Plant) -> Wiring:
+    mechanism, laws = plant.mechanism, laws_of(plant.mechanism)
+    everywhere = list(mechanism.law_places())
+    low = np.cumsum([0, *(_row_count(mechanism, place) for place in everywhere)])
+    rows = 2 ** int(np.ceil(np.log2(plant.rows))) if plant.rows else 0
+    select = np.zeros((rows, low[-1]))
+    spread = np.zeros((len(laws), rows, len(plant.laws)))
+    owner = np.zeros((rows, len(plant.law_places)))
+    names = [law.name for law in laws]
+    row = 0
+    for index, place in enumerate(plant.law_places):
+        first, count = low[everywhere.index(place)], _row_count(mechanism, place)
+        mine = slice(row, row + count)
+        select[mine, first : first + count] = np.eye(count)
+        owner[mine, index] = 1.0
+        for slot, (where, law) in enumerate(plant.laws):
+            if where == place:
+                spread[names.index(law.name), mine, slot] = 1.0
+        row += count
+    return Wiring(select, spread, owner)
 
 
 def numbers_vector(plant: Plant, numbers: Mapping[str, float]) -> np.ndarray:

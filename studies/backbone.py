@@ -59,6 +59,29 @@ def backbone(times: np.ndarray, values: np.ndarray, noise: float = 0.0) -> Backb
     return _points(times_of[loud], amplitude[loud], frequency[loud])
 
 
+def counted_change(values: np.ndarray, rate: float) -> tuple[float, float]:
+    """How a decay's frequency changes from the smallest swings to the largest, without any model.
+
+    Args:
+        values: the decay; what comes before its largest excursion is left out, ``(t,)``.
+        rate: samples a second [Hz].
+
+    Returns:
+        Relative change of frequency over the square of the amplitude, and its standard error from
+        the scatter of the cycles [1]; both zero where there are too few cycles.
+
+    Source: Duffing's backbone to second order; tests/studies/test_backbone.py.
+    """
+    first = int(np.argmax(np.abs(values - np.mean(values))))
+    kept = values[first:]
+    curve = backbone(np.arange(len(kept)) / rate, kept)
+    if len(curve.amplitude) < 4:
+        return 0.0, 0.0
+    square = (curve.amplitude / curve.amplitude.max()) ** 2
+    (slope, level), spread = np.polyfit(square, curve.frequency, 1, cov=True)
+    return float(slope / level), float(np.sqrt(spread[0, 0]) / level)
+
+
 def _period(values: np.ndarray) -> float:
     """Samples in one period of the strongest line of the spectrum."""
     spectrum = np.abs(np.fft.rfft((values - values.mean()) * np.hanning(len(values))))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from supple.studies.backbone import backbone
+from supple.studies.backbone import backbone, counted_change
 
 
 def decay(frequency, ratio, *, offset=0.0, noise=0.0, seconds=20.0, rate=500.0):
@@ -43,3 +43,16 @@ def test_dry_friction_damps_small_swings_more():
 @pytest.mark.parametrize("values", [np.zeros(400), np.ones(8), np.linspace(0.0, 1.0, 400)])
 def test_what_does_not_oscillate_has_no_backbone(values):
     assert len(backbone(np.arange(len(values)) * 0.01, values).amplitude) == 0
+
+
+def test_counted_cycles_of_a_softening_spring_slow_down_in_large_swings():
+    rate, times = 100.0, np.arange(6000) / 100.0
+    reach = np.exp(-0.05 * times)
+    change = -0.02
+    phase = 2 * np.pi * np.cumsum(1.5 * (1 + change * reach**2)) / rate
+    found, std = counted_change(reach * np.cos(phase), rate)
+    # the largest point of the curve is a mean over several swings, so it sees a little less
+    assert 0.7 * change > found > 1.05 * change and 0 < std < 0.1 * abs(change)
+    straight, _ = counted_change(reach * np.cos(2 * np.pi * 1.5 * times), rate)
+    assert abs(straight) < 1e-3
+    assert counted_change(np.ones(100), rate) == (0.0, 0.0)

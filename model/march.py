@@ -1,0 +1,270 @@
+"""The march of a motion: exact steps, and implicit exponential ones where laws act."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from .chain import DERIVATIVES, FORCES
+from .law import Place
+from .linear import Array, StateSpace, Step, ground_quantity, make_step, state_space
+from .plant import Plant, laws_of
+
+NEWTON_STEPS = 3
+
+
+class ActingRows(NamedTuple):
+    """What acts, as data: strengths (laws, rows), selected rows and widths (rows, 2)."""
+
+    strengths: Any
+    select: Any
+    widths: Any
+    unused: Any
+
+
+def space_of(plant: Plant, z: Array) -> StateSpace:
+    """State space of a plant at z, its own law places as they are."""
+    numbers = plant.numbers(z)
+    return state_space(plant.mechanism, numbers, plant.inputs, plant.sensors, plant.law_places)
+
+
+def acting_space(bare: Plant, z: Array, acting: ActingRows) -> StateSpace:
+    """State space with the selected law rows; rows on which nothing acts have unit stiffness."""
+    select, count = acting.select, len(bare.inputs)
+    if select.shape[0] == 0:
+        return space_of(bare, z)
+    whole = space_of(replace(bare, law_places=tuple(bare.mechanism.law_places())), z)
+
+    def narrow(matrix: Array) -> Array:
+        return jnp.concatenate([matrix[:, :count], matrix[:, count:] @ select.T], axis=1)
+
+    return replace(
+        whole,
+        b=narrow(whole.b),
+        d=narrow(whole.d),
+        stretch=select @ whole.stretch,
+        rate=select @ whole.rate,
+        rate_input=select @ whole.rate_input,
+        stiffness=select @ whole.stiffness + acting.unused,
+        damping=select @ whole.damping + acting.unused,
+    )
+
+
+def offset_mask(plant: Plant) -> Array:
+    """An offset of a moving ground's position changes nothing but the start state."""
+    return jnp.asarray([0.0 if DERIVATIVES.get(p.quantity) == 0 else 1.0 for p in plant.inputs])
+
+
+def _interval_values(plant: Plant, drive: Array, step: Array) -> tuple[Array, Array]:
+    """What each input is at the start and at the end of every interval, in the state's terms."""
+    start, end = [], []
+    for index, port in enumerate(plant.inputs):
+        now, then = drive[:-1, index], drive[1:, index]
+        if port.quantity not in FORCES and DERIVATIVES[port.quantity] == 0:
+            now = then = (then - now) / step
+        elif port.held:
+            then = now
+        start.append(now)
+        end.append(then)
+    if not start:
+        empty = jnp.zeros((drive.shape[0] - 1, 0))
+        return empty, empty
+    return jnp.stack(start, axis=1), jnp.stack(end, axis=1)
+
+
+def _rate_jumps(plant: Plant) -> bool:
+    """Whether the ground's rate, which laws feel, jumps from interval to interval."""
+    ground = ground_quantity(plant.inputs)
+    held = any(port.held for port in plant.inputs if port.quantity not in FORCES)
+    return ground == "position" or (ground == "velocity" and held)
+
+
+def march_rows(
+    plant: Plant, substeps: int, z: Array, acting: ActingRows, inputs: Array, step: Array
+) -> tuple[Array, Array, Array]:
+    """States (t, states), law forces (t, rows) and Newton's last step (t,) of a motion [SI].
+
+    Args:
+        plant: bare; which rows act is data (static).
+        substeps: steps a sample (static).
+        z: of the bare plant [SI].
+        acting: law rows in force.
+        inputs: sampled inputs, shape (t, inputs) [SI].
+        step: sampling interval [s].
+    """
+    space = acting_space(plant, z, acting)
+    drive = inputs + z[plant.slots["drive"]] * offset_mask(plant)
+    first, last = _interval_values(plant, drive, step)
+    matrices = make_step(space, step / substeps)
+    x0 = z[plant.slots["start"]]
+    if ground_quantity(plant.inputs) == "position":
+        index = next(i for i, port in enumerate(plant.inputs) if port.quantity not in FORCES)
+        x0 = x0.at[-1].add(inputs[0, index])
+    law = _Laws(plant, space, acting)
+    if law.rows == 0:
+        return _march_linear(matrices, x0, first, last, substeps)
+    return _march_laws(law, matrices, x0, first, last, substeps)
+
+
+def _times(matrix: Array, vector: Array) -> Array:
+    """Matrix times vector as a sum that fuses with its neighbours; dot calls would not."""
+    return jnp.sum(matrix * vector[None, :], axis=1)
+
+
+def _march_linear(
+    matrices: Step, x0: Array, first: Array, last: Array, substeps: int
+) -> tuple[Array, Array, Array]:
+    transition = matrices.free[1]
+    if substeps != 1:
+        raise ValueError("a linear motion needs one step a sample; expected substeps = 1")
+    start, middle, end = matrices.nodes[1]
+    forcing = first @ (start + 0.5 * middle).T + last @ (end + 0.5 * middle).T
+
+    def advance(x: Array, push: Array) -> tuple[Array, Array]:
+        new = _times(transition, x) + push
+        return new, new
+
+    _, states = jax.lax.scan(advance, x0, forcing, unroll=2)
+    states = jnp.concatenate([x0[None], states])
+    count = states.shape[0]
+    return states, jnp.zeros((count, 0)), jnp.zeros(count)
+
+
+class _Laws:
+    """Forces of all laws of a plant at one instant, and their slopes."""
+
+    def __init__(self, plant: Plant, space: StateSpace, acting: ActingRows) -> None:
+        self.space, self.n_inputs = space, len(plant.inputs)
+        self.jumps = _rate_jumps(plant)
+        self.rows = space.stretch.shape[0]
+        self.strengths = acting.strengths
+        self.laws = laws_of(plant.mechanism)
+        wide, fast = acting.widths[:, 0], acting.widths[:, 1]
+        self.place = Place(space.stiffness, space.damping, wide, fast)
+
+    def force(self, stretch: Array, rate: Array) -> Array:
+        """Force of all laws on each law row [N or N m]; rows are the last axis."""
+        total = jnp.zeros_like(stretch)
+        for law, strength in zip(self.laws, self.strengths, strict=True):
+            assert law.force is not None
+            total = total + law.force(strength, stretch, rate, self.place)
+        return total
+
+    def slopes(self, stretch: Array, rate: Array) -> tuple[Array, Array, Array]:
+        """Force with its derivatives by stretch and by rate; rows do not mix."""
+        one, zero = jnp.ones_like(stretch), jnp.zeros_like(stretch)
+        force, by_stretch = jax.jvp(self.force, (stretch, rate), (one, zero))
+        by_rate = jax.jvp(self.force, (stretch, rate), (zero, one))[1]
+        return force, by_stretch, by_rate
+
+
+def _inverse(matrix: Array) -> Array:
+    """Inverse of a small matrix by unrolled elimination (law matrices are near the identity)."""
+    size = matrix.shape[0]
+    if size == 2:
+        (a, b), (c, d) = (matrix[0, 0], matrix[0, 1]), (matrix[1, 0], matrix[1, 1])
+        return jnp.array([[d, -b], [-c, a]]) / (a * d - b * c)
+    rows = jnp.concatenate([matrix, jnp.eye(size)], axis=1)
+    for pivot in range(size):
+        line = rows[pivot] / rows[pivot, pivot]
+        factor = rows[:, pivot].at[pivot].set(0.0)
+        rows = rows.at[pivot].set(line) - factor[:, None] * line[None, :]
+    return rows[:, size:]
+
+
+def _march_laws(
+    law: _Laws, matrices: Step, x0: Array, first: Array, last: Array, substeps: int
+) -> tuple[Array, Array, Array]:
+    space, n, m = law.space, law.n_inputs, law.rows
+    look = jnp.concatenate([space.stretch, space.rate])
+    to_input = [[node[:, :n] for node in nodes] for nodes in matrices.nodes]
+    to_force = [[node[:, n:] for node in nodes] for nodes in matrices.nodes]
+    # unknown: law forces at middle and end; seen: stretches and rates there
+    see_free = jnp.concatenate([look @ matrices.free[0], look @ matrices.free[1]])
+    see_first = jnp.concatenate([look @ to_force[0][0], look @ to_force[1][0]])
+    see = jnp.concatenate(
+        [jnp.concatenate([look @ to_force[k][1], look @ to_force[k][2]], axis=1) for k in (0, 1)]
+    )
+
+    see_stretch = jnp.stack([see[:m], see[2 * m : 3 * m]])
+    see_rate = jnp.stack([see[m : 2 * m], see[3 * m :]])
+
+    def seen_forces(seen: Array) -> tuple[Array, Array]:
+        """Forces at the unknown nodes, and d(force)/d(seen) times `see`."""
+        nodes = seen.reshape(2, 2, m)
+        force, by_stretch, by_rate = law.slopes(nodes[:, 0], nodes[:, 1])
+        slope = by_stretch[:, :, None] * see_stretch + by_rate[:, :, None] * see_rate
+        return force.reshape(2 * m), slope.reshape(2 * m, 2 * m)
+
+    def seen_at(x: Array, w: Array) -> tuple[Array, Array]:
+        rate = _times(space.rate, x)
+        return _times(space.stretch, x), rate + _times(space.rate_input, w) if n else rate
+
+    eye = jnp.eye(2 * m)
+
+    def solve(base: Array, guess: Array) -> tuple[Array, Array]:
+        hold = jax.lax.stop_gradient
+        f, fixed = hold(guess), hold(base)
+        still = hold(see)
+
+        def newton(_: int, f: Array) -> Array:
+            force, slope = seen_forces(fixed + _times(still, f))
+            return hold(f - _times(_inverse(eye - hold(slope)), f - force))
+
+        # a loop, not three copies: compiling is what a user waits for
+        f = jax.lax.fori_loop(0, NEWTON_STEPS - 1, newton, f)
+        # the last step carries the derivatives: exact by the implicit function theorem
+        force, slope = seen_forces(base + _times(see, f))
+        move = _times(hold(_inverse(eye - slope)), f - force)
+        return f - move, jnp.max(jnp.abs(hold(move)))
+
+    in_first = [start + 0.5 * middle for start, middle, _ in to_input]
+    in_last = [end + 0.5 * middle for _, middle, end in to_input]
+
+    def one(carry: tuple[Array, ...], w: tuple[Array, Array]) -> tuple[Array, ...]:
+        x, f0, guess = carry
+        w0, w1 = w
+        push = [_times(in_first[k], w0) + _times(in_last[k], w1) for k in (0, 1)]
+        moved = jnp.concatenate([_times(look, part) for part in push])
+        carried = jnp.concatenate(
+            [_times(space.rate_input, 0.5 * (w0 + w1)), _times(space.rate_input, w1)]
+        )
+        pad = jnp.zeros(m)
+        moved = moved + jnp.concatenate([pad, carried[:m], pad, carried[m:]])
+        base = _times(see_free, x) + _times(see_first, f0) + moved
+        f, defect = solve(base, guess)
+        new = _times(matrices.free[1], x) + _times(to_force[1][0], f0)
+        new = new + _times(to_force[1][1], f[:m]) + _times(to_force[1][2], f[m:]) + push[1]
+        ahead = jnp.concatenate([3 * f[m:] - 3 * f[:m] + f0, 6 * f[m:] - 8 * f[:m] + 3 * f0])
+        return new, f[m:], ahead, defect
+
+    def advance(carry: tuple[Array, ...], w: tuple[Array, Array]) -> tuple[Any, Any]:
+        w0, w1 = w
+        worst = jnp.zeros(())
+        state = carry
+        if law.jumps:
+            fresh = law.force(*seen_at(carry[0], w0))
+            state = (carry[0], fresh, jnp.concatenate([fresh, fresh]))
+
+        def part(k: int, now: tuple[Any, Array]) -> tuple[Any, Array]:
+            state, worst = now
+            low = w0 + (w1 - w0) * (k / substeps)
+            high = w0 + (w1 - w0) * ((k + 1) / substeps)
+            *moved, defect = one(state, (low, high))
+            return tuple(moved), jnp.maximum(worst, defect)
+
+        if substeps == 1:
+            state, worst = part(0, (state, worst))
+        else:
+            state, worst = jax.lax.fori_loop(0, substeps, part, (state, worst))
+        return state, (state[0], state[1], worst)
+
+    f0 = law.force(*seen_at(x0, first[0]))
+    carry = (x0, f0, jnp.concatenate([f0, f0]))
+    _, (states, forces, worst) = jax.lax.scan(advance, carry, (first, last))
+    states = jnp.concatenate([x0[None], states])
+    forces = jnp.concatenate([f0[None], forces])
+    return states, forces, jnp.concatenate([jnp.zeros(1), worst])
