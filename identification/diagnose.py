@@ -28,6 +28,13 @@ WORTH = 0.2
 SIGNIFICANCE = 1e-3
 """Chance of any false law in one screen, after correction for the number of laws tried [-]."""
 
+UNASKED = 1e-6
+"""The same where the absolute misfit is within the noise already: a relative score alone must be
+beyond doubt there [-]."""
+
+MISFIT_SHOWN = 0.01
+"""Chance of the worst channel's misfit under the noise, below which there is one [-]."""
+
 LEAST_EVIDENCE = 10.0
 """Fall of BIC below which no law is accepted [-]; Kass and Raftery 1995 call 10 very strong."""
 
@@ -192,7 +199,8 @@ class _Search:
         self.left = candidates
         self.first = self.first or candidates
         count = max(len(candidates), 1)
-        open_ = [c for c in candidates if c.p_value * count < SIGNIFICANCE]
+        limit = SIGNIFICANCE if misfit_chance(self.fit) < MISFIT_SHOWN else UNASKED
+        open_ = [c for c in candidates if c.p_value * count < limit]
         if not open_ or self.rivals:
             return False
         trials = self._refits(open_)
@@ -283,8 +291,7 @@ class _Search:
         left = excess(self.fit)
         share = explained(self.base, self.fit)
         if not self.accepted:
-            worst = min((m.p_value for m in self.fit.misfits.values()), default=1.0)
-            bad = left > SMALL_EXCESS and worst * len(self.fit.misfits) < 1e-4
+            bad = left > SMALL_EXCESS and misfit_chance(self.fit) < 1e-4
             status = "unknown" if bad else "adequate"
         elif left > SMALL_EXCESS and share < LEAST_SHARE:
             status = "unknown"
@@ -307,6 +314,12 @@ class _Search:
             (whiteness(self.base), whiteness(self.fit)),
             tuple(self.stages),
         )
+
+
+def misfit_chance(fit: Fit) -> float:
+    """Chance of the worst channel's absolute misfit under the noise, for so many channels [-]."""
+    worst = min((misfit.p_value for misfit in fit.misfits.values()), default=1.0)
+    return min(worst * len(fit.misfits), 1.0)
 
 
 LEAST_GAIN = 0.05
