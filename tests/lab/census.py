@@ -51,10 +51,12 @@ def clean_set(seed: int) -> dict[str, Any]:
 
 
 def census(seeds: Sequence[int], workers: int = 2) -> Iterator[dict[str, Any]]:
-    """Verdicts on the clean sets of `seeds`, each in a fresh process now and then."""
+    """Verdicts on the clean sets of `seeds`, in processes that are replaced now and then."""
     spawn = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, spawn, max_tasks_per_child=25) as pool:
-        yield from pool.map(clean_set, seeds)
+    block = 25 * workers
+    for low in range(0, len(seeds), block):  # compiled code piles up in a process that lives on
+        with ProcessPoolExecutor(workers, spawn) as pool:
+            yield from pool.map(clean_set, seeds[low : low + block])
 
 
 def main() -> None:
