@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.lab.census import census
+from tests.census import census
 
 FRESH = 60_000
 """First seed; none of these sets was looked at while the rules were made."""

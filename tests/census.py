@@ -1,4 +1,4 @@
-"""Counts verdicts on clean sets of the bench: run me with ``python -m tests.lab.census``."""
+"""Counts verdicts on clean sets of the bench: run me with ``python -m tests.census``."""
 
 from __future__ import annotations
 

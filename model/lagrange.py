@@ -1,0 +1,234 @@
+"""Lagrange's equations of the planar robot over the coordinates that its model has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from . import planar
+from .law import Law, Place, library
+from .radau import Numbers, iteration_matrix, march
+
+Array = Any
+
+WITH_SPRING = ("pinned_wrist", "driven_wrist", "passive_wrist", "driven_arm")
+WITHOUT_SPRING = ("fixed_collet", "driven_collet")
+MODELS = (*WITH_SPRING, *WITHOUT_SPRING)
+
+REFRESH = 40
+"""Steps for which one iteration matrix serves, where no law has corners [-]."""
+
+
+@dataclass(frozen=True)
+class Acting:
+    """A law at a place of the planar robot: strength and rounding widths are data.
+
+    Attributes:
+        place: sleeve, shaft or wrist.
+        name: the law's name.
+    """
+
+    place: str
+    name: str
+
+    @property
+    def law(self) -> Law:
+        """The law itself."""
+        return library()[self.name]
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2, 3))
+def trace(
+    model: str,
+    acting: tuple[Acting, ...],
+    balanced: bool,
+    iterations: int,
+    table: Mapping[str, Array],
+    values: Array,
+    starts: Array,
+    start: Array,
+    step: Array,
+    pull: Array,
+    strengths: Array,
+    widths: Array,
+) -> tuple[Array, ...]:
+    """The motion of many designs as jax sees it: differentiable in every number.
+
+    Args:
+        model: one of `MODELS` (static).
+        acting: laws in force (static).
+        balanced: whether each starts in balance with its drives, instead of at `start` (static).
+        iterations: Newton steps of every step (static).
+        table: numbers by contract name, each of shape (designs,) [SI].
+        values: `Signals.values` with designs last, shape (steps, 8, 3, designs).
+        starts: `Signals.start` with designs last, shape (4, designs).
+        start: positions and velocities, shape (8,) [SI].
+        step: h [s].
+        pull: gravity in the plane [m/s^2].
+        strengths: of the laws, in their order [SI].
+        widths: rounding of their corners in stretch and rate [SI].
+
+    Returns:
+        positions, velocities, accelerations (designs, t, 4), bend, clubhead speed, energy
+        (designs, t) and the last change in the stage equations (designs,) [SI].
+    """
+    plant = _Plant(model, acting, table, pull, strengths, widths)
+    found = plant.run(values, starts, None if balanced else start, step, iterations)
+    return tuple(jnp.moveaxis(part, -1, 0) for part in found)
+
+
+def _turned(known: tuple[Array, ...], angle: Array) -> tuple[Array, Array]:
+    """Cosine and sine of an angle near a known one, by Taylor's series to the fifth order."""
+    before, cosine, sine = known
+    e = angle - before
+    square = e * e
+    even = 1.0 - square * (0.5 - square / 24.0)
+    odd = e * (1.0 - square * (1.0 / 6.0 - square / 120.0))
+    return cosine * even - sine * odd, sine * even + cosine * odd
+
+
+class _Plant:
+    """Lagrange's equations over the coordinates that a model has; designs along the last axis."""
+
+    def __init__(
+        self, model: str, acting: tuple[Acting, ...], p: Mapping[str, Array], pull: Array,
+        strengths: Array, widths: Array,
+    ) -> None:  # fmt: skip
+        self.p, self.pull, self.acting = p, pull, acting
+        self.strengths, self.widths = strengths, widths
+        self.wrist = model in WITH_SPRING
+        self.fixed = model == "fixed_collet"
+        rows = planar.spring_rows(p, self.wrist)
+        self.rows = rows
+
+    def whole(self, x: Numbers) -> Numbers:
+        """All four coordinates; a fixed collet stays at zero."""
+        return (jnp.zeros_like(x[0]), *x) if self.fixed else x
+
+    def kept(self, x: Numbers) -> Numbers:
+        """The coordinates that move."""
+        return x[1:] if self.fixed else x
+
+    def ready(self, x: Numbers) -> tuple[Array, Array, Array]:
+        """Collet angle [rad] with its cosine and sine, from which those of near ones follow."""
+        angle = self.whole(x)[0]
+        return angle, jnp.cos(angle), jnp.sin(angle)
+
+    def imbalance(
+        self, x: Numbers, x_rate: Numbers, x_bend: Numbers, u: Array, known: tuple[Array, ...]
+    ) -> Numbers:
+        """Inertia, springs, dampers and laws less what pushes, n numbers [N or N m]."""
+        q, v, a = (self.whole(part) for part in (x, x_rate, x_bend))
+        d, rate, pivot = (u[0], u[1]), (u[2], u[3]), (u[4], u[5])
+        left = list(planar.inertia_forces(self.p, q, v, a, pivot, _turned(known, q[0])))
+        for place, row, k, c in self.rows:
+            stretch, speed = planar.stretch(row, q, d), planar.stretch(row, v, rate)
+            force = k * stretch + c * speed + self._laws(place, k, c, stretch, speed)
+            for index, entry in enumerate(row[:4]):
+                if not (isinstance(entry, float) and entry == 0.0):
+                    left[index] = left[index] + entry * force
+        reach = planar.points_of(self.p).head - planar.foreshortening(self.p, q)
+        left[0] = left[0] - u[6] - reach * u[7]
+        left[3] = left[3] - u[7]
+        return self.kept(tuple(left))
+
+    def _laws(self, place: str, k: Array, c: Array, stretch: Array, speed: Array) -> Array:
+        total = jnp.zeros(())
+        for index, acting in enumerate(self.acting):
+            if acting.place == place:
+                here = Place(k, c, self.widths[0], self.widths[1])
+                force = acting.law.force
+                assert force is not None
+                total = total + force(self.strengths[index], stretch, speed, here)
+        return total
+
+    def matrices(self, q: Numbers, v: Numbers, u: Array) -> tuple[Array, Array, Array]:
+        """Mass, damping and stiffness about a state, each (n, n, designs)."""
+        still = tuple(jnp.zeros_like(x) for x in q)
+        states, known = [q, v, still], self.ready(q)
+
+        def slope(which: int) -> Array:
+            columns = []
+            for index in range(len(q)):
+                pushed = list(states)
+                unit = tuple(jnp.full_like(x, float(i == index)) for i, x in enumerate(q))
+
+                def along(moved: Numbers, pushed: list[Numbers] = pushed) -> Numbers:
+                    pushed[which] = moved
+                    return self.imbalance(pushed[0], pushed[1], pushed[2], u, known)
+
+                columns.append(jnp.stack(jax.jvp(along, (states[which],), (unit,))[1]))
+            return jnp.stack(columns, axis=1)
+
+        return slope(2), slope(1), slope(0)
+
+    def inverse(self, q: Numbers, v: Numbers, u: Array, step: Array) -> Array:
+        """Of the stage equations about a state, shape (n, n, 3, 3, designs)."""
+        m, c, k = self.matrices(q, v, u)
+        many = jax.vmap(iteration_matrix, in_axes=(-1, -1, -1, None), out_axes=-1)
+        return many(m, c, k, step)
+
+    def held(self, first: Array) -> Array:
+        """Signals of drives that are held where they start, shape (8, designs)."""
+        zero = jnp.zeros_like(first[0])
+        down, side = planar.pivot_acceleration(self.p, (first[0], zero, zero), self.pull, jnp)
+        return jnp.stack([first[0], first[1], zero, zero, down + zero, side + zero, zero, zero])
+
+    def balance(self, first: Array) -> Numbers:
+        """Where the robot rests under its weight with the drives held."""
+        zero = jnp.zeros_like(first[0])
+        q = self.kept((first[0] + first[1], zero, zero, zero))
+        u = self.held(first)
+        if not self.wrist and not self.fixed:
+            return q  # a free collet hangs nowhere in particular
+        still = tuple(zero for _ in q)
+
+        def improve(_: int, q: Numbers) -> Numbers:
+            slope = jnp.moveaxis(self.matrices(q, still, u)[2], -1, 0)
+            left = jnp.stack(self.imbalance(q, still, still, u, self.ready(q)), axis=-1)
+            move = jnp.linalg.solve(slope, left[..., None])[..., 0]
+            return tuple(x - move[:, i] for i, x in enumerate(q))
+
+        return jax.lax.fori_loop(0, 8, improve, q)
+
+    def run(
+        self, u: Array, first: Array, start: Array | None, step: Array, iterations: int
+    ) -> tuple[Array, ...]:
+        """Positions, velocities, accelerations, bend, speed, energy, and the last change."""
+        zero = jnp.zeros_like(first[0])
+        if start is None:
+            q = self.balance(first)
+            v = self.kept((first[2] + first[3], zero, zero, zero))
+        else:
+            given = [zero + x for x in start]
+            q, v = self.kept(tuple(given[:4])), self.kept(tuple(given[4:]))
+        still = tuple(zero for _ in q)
+        inverse = partial(self.inverse, step=step)
+        refresh = 1 if self.acting else REFRESH
+        down, side = planar.pivot_acceleration(self.p, (u[:, 0], u[:, 2], u[:, 4]), self.pull, jnp)
+        w = jnp.stack([*(u[:, i] for i in range(4)), down, side, u[:, 6], u[:, 7]], axis=1)
+        moved = march(self.imbalance, q, v, w, step, inverse, iterations, refresh, self.ready)
+        joined = [
+            tuple(jnp.concatenate([x[None], xs]) for x, xs in zip(one, many, strict=True))
+            for one, many in zip((q, v, still), moved[:3], strict=True)
+        ]
+        qs, vs, bends = (self.whole(part) for part in joined)
+        ends = jnp.concatenate([first[None], u[:, :4, 2]])
+        seen = self._seen(qs, vs, tuple(jnp.moveaxis(ends, 1, 0)))
+        tables = (jnp.stack(part, axis=1) for part in (qs, vs, bends))
+        return *tables, *seen, jnp.max(moved[3], axis=0)
+
+    def _seen(self, q: Numbers, v: Numbers, drive: Numbers) -> tuple[Array, Array, Array]:
+        d, rate = drive[:2], drive[2:]
+        along, across = planar.clubhead_velocity(self.p, q, v, d, rate, jnp)
+        energy = (
+            planar.kinetic_energy(self.p, q, v, d, rate, jnp)
+            + planar.spring_energy(self.p, q, d, self.wrist)
+            + planar.weight_energy(self.p, q, d, self.pull, jnp)
+        )
+        return planar.bend(self.p, q), jnp.sqrt(along**2 + across**2), energy
