@@ -228,6 +228,31 @@ def diagnose(
     finish(replace(session, out=None), result, "diagnosis.json", show_diagnosis, trusted)
 
 
+@command
+def coupon(
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILE...", help="Runs of a testing machine, or their sidecars."),
+    ],
+    sizes: Annotated[
+        Path | None,
+        typer.Option("--sizes", metavar="SIZES", help="Sizes of sample and sleeve, a TOML file."),
+    ] = None,
+    frequency: Annotated[
+        float, typer.Option("--frequency", metavar="HZ", help="What the sleeve is made for.")
+    ] = 4.0,
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Turn a material test of silicone into a sleeve for a frequency [Hz]."""
+    from .coupon import coupon_files, show_coupon
+
+    result, trusted = coupon_files(files, sizes, frequency, seed)
+    finish(Session(out, seed, as_json, quiet), result, "sleeve.json", show_coupon, trusted)
+
+
 @study_app.callback(invoke_without_command=True)
 def study(context: typer.Context) -> None:
     """List and run studies: one question, one answer each."""
