@@ -20,7 +20,7 @@ WITH_SPRING = ("pinned_wrist", "driven_wrist", "passive_wrist", "driven_arm")
 WITHOUT_SPRING = ("fixed_collet", "driven_collet")
 MODELS = (*WITH_SPRING, *WITHOUT_SPRING)
 
-REFRESH = 40
+REFRESH = 100
 """Steps for which one iteration matrix serves, where no law has corners [-]."""
 
 
@@ -65,8 +65,8 @@ def trace(
         balanced: whether each starts in balance with its drives, instead of at `start` (static).
         iterations: Newton steps of every step (static).
         table: numbers by contract name, each of shape (designs,) [SI].
-        values: `Signals.values` with designs last, shape (steps, 8, 3, designs).
-        starts: `Signals.start` with designs last, shape (4, designs).
+        values: `Signals.values` with designs last, shape (steps, 8, 3, designs), or 1 for all.
+        starts: `Signals.start` with designs last, shape (4, designs), or 1 for all.
         start: positions and velocities, shape (8,) [SI].
         step: h [s].
         pull: gravity in the plane [m/s^2].
@@ -120,7 +120,7 @@ class _Plant:
         return angle, jnp.cos(angle), jnp.sin(angle)
 
     def imbalance(
-        self, x: Numbers, x_rate: Numbers, x_bend: Numbers, u: Array, known: tuple[Array, ...]
+        self, x: Numbers, x_rate: Numbers, x_bend: Numbers, u: Numbers, known: tuple[Array, ...]
     ) -> Numbers:
         """Inertia, springs, dampers and laws less what pushes, n numbers [N or N m]."""
         q, v, a = (self.whole(part) for part in (x, x_rate, x_bend))
@@ -147,7 +147,7 @@ class _Plant:
                 total = total + force(self.strengths[index], stretch, speed, here)
         return total
 
-    def matrices(self, q: Numbers, v: Numbers, u: Array) -> tuple[Array, Array, Array]:
+    def matrices(self, q: Numbers, v: Numbers, u: Numbers) -> tuple[Array, Array, Array]:
         """Mass, damping and stiffness about a state, each (n, n, designs)."""
         still = tuple(jnp.zeros_like(x) for x in q)
         states, known = [q, v, still], self.ready(q)
@@ -167,17 +167,17 @@ class _Plant:
 
         return slope(2), slope(1), slope(0)
 
-    def inverse(self, q: Numbers, v: Numbers, u: Array, step: Array) -> Array:
+    def inverse(self, q: Numbers, v: Numbers, u: Numbers, step: Array) -> Array:
         """Of the stage equations about a state, shape (n, n, 3, 3, designs)."""
         m, c, k = self.matrices(q, v, u)
         many = jax.vmap(iteration_matrix, in_axes=(-1, -1, -1, None), out_axes=-1)
         return many(m, c, k, step)
 
-    def held(self, first: Array) -> Array:
-        """Signals of drives that are held where they start, shape (8, designs)."""
+    def held(self, first: Array) -> Numbers:
+        """Signals of drives that are held where they start, eight of shape (designs,)."""
         zero = jnp.zeros_like(first[0])
         down, side = planar.pivot_acceleration(self.p, (first[0], zero, zero), self.pull, jnp)
-        return jnp.stack([first[0], first[1], zero, zero, down + zero, side + zero, zero, zero])
+        return first[0], first[1], zero, zero, down + zero, side + zero, zero, zero
 
     def balance(self, first: Array) -> Numbers:
         """Where the robot rests under its weight with the drives held."""
@@ -200,7 +200,8 @@ class _Plant:
         self, u: Array, first: Array, start: Array | None, step: Array, iterations: int
     ) -> tuple[Array, ...]:
         """Positions, velocities, accelerations, bend, speed, energy, and the last change."""
-        zero = jnp.zeros_like(first[0])
+        zero = 0.0 * self.p["club_length"]  # one for each design
+        first = first + zero
         if start is None:
             q = self.balance(first)
             v = self.kept((first[2] + first[3], zero, zero, zero))
@@ -211,14 +212,14 @@ class _Plant:
         inverse = partial(self.inverse, step=step)
         refresh = 1 if self.acting else REFRESH
         down, side = planar.pivot_acceleration(self.p, (u[:, 0], u[:, 2], u[:, 4]), self.pull, jnp)
-        w = jnp.stack([*(u[:, i] for i in range(4)), down, side, u[:, 6], u[:, 7]], axis=1)
+        w = (*(u[:, i] for i in range(4)), down, side, u[:, 6], u[:, 7])
         moved = march(self.imbalance, q, v, w, step, inverse, iterations, refresh, self.ready)
         joined = [
             tuple(jnp.concatenate([x[None], xs]) for x, xs in zip(one, many, strict=True))
             for one, many in zip((q, v, still), moved[:3], strict=True)
         ]
         qs, vs, bends = (self.whole(part) for part in joined)
-        ends = jnp.concatenate([first[None], u[:, :4, 2]])
+        ends = jnp.concatenate([first[None], u[:, :4, 2] + zero])
         seen = self._seen(qs, vs, tuple(jnp.moveaxis(ends, 1, 0)))
         tables = (jnp.stack(part, axis=1) for part in (qs, vs, bends))
         return *tables, *seen, jnp.max(moved[3], axis=0)

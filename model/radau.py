@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import jax
@@ -57,16 +58,16 @@ def iteration_matrix(mass: Array, damping: Array, stiffness: Array, step: Array)
 Numbers = tuple[Array, ...]
 """One array a coordinate, designs along the last axis: such arrays fuse and fill the registers."""
 
-Imbalance = Callable[[Numbers, Numbers, Numbers, Array, Any], Numbers]
+Imbalance = Callable[[Numbers, Numbers, Numbers, Numbers, Any], Numbers]
 
 
 def march(
     imbalance: Imbalance,
     q: Numbers,
     v: Numbers,
-    signals: Array,
+    signals: Numbers,
     step: Array,
-    inverse: Callable[[Numbers, Numbers, Array], Array],
+    inverse: Callable[[Numbers, Numbers, Numbers], Array],
     iterations: int,
     refresh: int = 50,
     ready: Callable[[Numbers], Any] = lambda q: None,
@@ -75,10 +76,11 @@ def march(
 
     Args:
         imbalance: inertia, springs and dampers less what pushes, element by element: n arrays
-            for q, v and a of n arrays and u of shape (signals, ...) [N or N m].
+            for q, v and a of n arrays each and u of the signals [N or N m].
         q: start positions, n arrays of shape (designs,) [SI].
         v: start velocities, n arrays of shape (designs,) [SI].
-        signals: what is prescribed at the stages, shape (steps, signals, 3, designs) [SI].
+        signals: what is prescribed at the stages, arrays of shape (steps, 3, designs) each, or
+            (steps, 3, 1) where it is the same for all [SI].
         step: h [s].
         inverse: gives the inverse of the stage equations' matrix about (q, v, u), shape
             (n, n, 3, 3, designs), see `iteration_matrix`.
@@ -100,8 +102,10 @@ def march(
     )
     nodes, ahead = (step * jnp.asarray(NODES))[:, None], jnp.asarray(AHEAD)[..., None]
 
-    def advance(carry: tuple[Numbers, Numbers, Numbers, Array], u: Array) -> tuple[Any, Any]:
-        q, v, guess, matrix = carry
+    def advance(
+        matrix: Array, carry: tuple[Numbers, Numbers, Numbers], u: Array
+    ) -> tuple[Any, Any]:
+        q, v, guess = carry
         base_q = tuple(x + nodes * rate for x, rate in zip(q, v, strict=True))
 
         guessed = tuple(x + _times(twice, bend) for x, bend in zip(base_q, guess, strict=True))
@@ -127,16 +131,20 @@ def march(
         ]
         ends = tuple(x[2] for x in a)
         found = (new_q, new_v, ends, jnp.max(jnp.stack(sizes), axis=0))
-        return (new_q, new_v, tuple(_times(ahead, x) for x in a), matrix), found
+        return (new_q, new_v, tuple(_times(ahead, x) for x in a)), found
 
-    def block(carry: tuple[Numbers, Numbers, Numbers], u: Array) -> tuple[Any, Any]:
-        matrix = inverse(carry[0], carry[1], u[0, :, 0])
-        (*state, _), found = jax.lax.scan(advance, (*carry, matrix), u)
-        return tuple(state), found
+    def block(carry: tuple[Numbers, Numbers, Numbers], u: Numbers) -> tuple[Any, Any]:
+        matrix = inverse(carry[0], carry[1], tuple(column[0, 0] for column in u))
+        return jax.lax.scan(partial(advance, matrix), carry, u)
 
-    steps, blocks = signals.shape[0], -(-signals.shape[0] // refresh)
-    filling = jnp.repeat(signals[-1:], blocks * refresh - steps, axis=0)
-    parts = jnp.concatenate([signals, filling]).reshape(blocks, refresh, *signals.shape[1:])
+    steps = signals[0].shape[0]
+    blocks = -(-steps // refresh)
+
+    def in_blocks(column: Array) -> Array:
+        filling = jnp.repeat(column[-1:], blocks * refresh - steps, axis=0)
+        return jnp.concatenate([column, filling]).reshape(blocks, refresh, *column.shape[1:])
+
+    parts = tuple(in_blocks(column) for column in signals)
     carry = (q, v, tuple(jnp.zeros((3, *x.shape)) for x in q))
     found = jax.lax.scan(block, carry, parts)[1]
     return jax.tree.map(lambda x: x.reshape(blocks * refresh, *x.shape[2:])[:steps], found)

@@ -23,10 +23,11 @@ NOT_CONVERGED = (
     "The stage equations did not converge (last change {change:.1e}): take shorter steps."
 )
 RAN_AWAY = "The motion grew beyond all numbers: look for a constant of the wrong sign or size."
-TOLERANCE = 1e-6
-"""Largest last change of an acceleration that counts as converged [-]."""
+TOLERANCE = 1e-4
+"""Largest last change of an acceleration that counts as converged [-]; what is left after it is a
+hundredth or less."""
 
-ITERATIONS = (4, 12)
+ITERATIONS = (3, 12)
 """Newton steps of every step; of a swing that these leave open, the larger number [-]."""
 
 
@@ -202,7 +203,6 @@ def swings(
     count = len(next(iter(table.values())))
     values = np.stack([one.values for one in signals], axis=-1)
     starts = np.stack([one.start for one in signals], axis=-1)
-    values, starts = (np.broadcast_to(x, (*x.shape[:-1], count)) for x in (values, starts))
     named = {name: np.broadcast_to(np.asarray(x, float), (count,)) for name, x in table.items()}
     step = float(signals[0].times[1] - signals[0].times[0])
     given = np.zeros(8) if start is None else np.asarray(start, float)

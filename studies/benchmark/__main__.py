@@ -31,10 +31,23 @@ def main() -> None:
     print(f"  {coarse:.0f} times faster than the fastest setting, however coarse")
     print(f"A response of {SAMPLES} samples with friction in the wrist, alone")
     _show(with_law())
+    _planar()
     print("* the fastest setting of solve_ivp that is as accurate, or its most accurate one")
     seconds = help_seconds()
     met = "met" if seconds <= HELP_GOAL else "MISSED"
     print(f"supple --help: {seconds:.2f} s (goal {HELP_GOAL} s: {met})")
+
+
+def _planar() -> None:
+    from .swings import BATCH, GOAL, planar_rows
+
+    print(f"A planar swing of 1.2 s with its arm driven, {BATCH} at once, processor time")
+    rows = planar_rows()
+    _show(rows)
+    peer = next(row for row in rows if row.matches)
+    ratio = peer.seconds / rows[0].seconds
+    met = "met" if ratio >= GOAL else "MISSED"
+    print(f"  {ratio:.0f} times less than solve_ivp at rtol 1e-6 (goal {GOAL}: {met})")
 
 
 def _figure(ratio: float) -> str:

@@ -15,7 +15,7 @@ def duffing(q, v, a, u, _):
 def run(steps: int, seconds: float = 4.0) -> float:
     step = seconds / steps
     times = step * (np.arange(steps)[:, None] + NODES[None, :])
-    u = np.cos(1.7 * times)[:, None, :, None]
+    u = (np.cos(1.7 * times)[:, :, None],)
     one = jnp.ones((1, 1))
     inverse = iteration_matrix(one, 0.2 * one, one, step)[..., None]
     q, *_ = march(
@@ -45,7 +45,7 @@ def test_a_very_stiff_spring_is_no_trouble():
         jnp.asarray(mass), jnp.asarray(damping), jnp.asarray(stiffness), step
     )[..., None]
     start = jnp.array([1.0])
-    zero = jnp.zeros((steps, 0, 3, 1))
+    zero = (jnp.zeros((steps, 3, 1)),)
     q, *_ = march(pull, (start, start), (0 * start, 0 * start), zero, step, lambda *_: inverse, 3)
     # both together: 2 x'' + x' + x = 0
     times = step * np.arange(1, steps + 1)

@@ -75,7 +75,7 @@ def test_a_swing_against_scipy():
     truth = scipy_swing(signals, pull, lambda stretch, rate: 0.0)
     assert off(ours.positions[::20], truth[:, :4]) < 1e-6
     assert off(ours.velocities[::20], truth[:, 4:]) < 1e-5
-    assert ours.change < 1e-5
+    assert ours.change < 1e-4
 
 
 def test_a_swing_with_friction_in_the_wrist_against_scipy():
