@@ -55,6 +55,16 @@ class Chain:
         return self.masses
 
     @property
+    def grounds(self) -> tuple[str, ...]:
+        """What can be moved from outside: the ground [m or rad], the last column of the rows."""
+        return (GROUND,)
+
+    @property
+    def carried(self) -> tuple[tuple[float, ...], ...]:
+        """How far each coordinate starts moved along with the ground: not at all [1]."""
+        return ((0.0,) * len(self.masses),)
+
+    @property
     def springs(self) -> tuple[str, ...]:
         """The place of each spring row: the link's name."""
         return tuple(name for name, _, _ in self.links)

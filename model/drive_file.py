@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import csv
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from .door import fault, one_of, read_toml, shown, validated
+from .door import fault, nearest, one_of, read_bytes, read_toml, shown, validated
 
 MOST_SAMPLES = 20_000_000
 """Most samples that one drive may ask for [-]; beyond that a unit is wrong."""
+
+LARGEST_PROFILE = 50_000_000
+"""Largest profile that is read [byte]; a thousand rows are some fifty thousand."""
 
 _KEYS = {
     "release": ("clubhead_deflection", "displacement"),
@@ -59,7 +64,7 @@ class DriveSpec:
         times: where a torque changes [s], ascending.
         values: the torque from each of these times on [N m, or N].
         shape: ``square`` or ``sine`` instead of times and values.
-        amplitude: of a shape [N m, N or rad].
+        amplitude: of a shape; of a wrist's its angle [N m, N or rad].
         period: of a shape [s].
         file: table with ``time`` and angles [s, rad], resolved against the drive's folder.
         impact: of a swing: the ball.
@@ -200,6 +205,9 @@ def _check_kind(drive: _Drive, path: Path) -> None:
         _check_shape(drive, path)
     else:
         _need(drive, ("file",), path)
+        if drive.shape is not None:
+            mend = "remove one of them"
+            raise fault(path, "[drive]", "either a 'file' or a 'shape'", "both", mend)
 
 
 def _need(drive: _Drive, keys: tuple[str, ...], path: Path) -> None:
@@ -241,3 +249,56 @@ def _profile(drive: _Drive, path: Path) -> Path | None:
         mend = f"put it beside {path.name}, or correct the name"
         raise fault(path, "[drive] file", "an existing file", found, mend)
     return profile
+
+
+def read_profile(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """Reads the angles of a profile.
+
+    Args:
+        path: a table with commas whose header names ``time`` [s] and angles [rad]; other columns
+            are passed over.
+        names: the angles wanted, such as ``arm_angle``.
+
+    Returns:
+        ``time`` and each of them, shape (rows,) [s, rad].
+
+    Raises:
+        ValueError: one line with file, place, expected, found and mend.
+    """
+    content = read_bytes(path, LARGEST_PROFILE, "name a profile of a few thousand rows")
+    try:
+        lines = content.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        raise fault(path, "", "text in UTF-8", "other bytes", "save it as CSV in UTF-8") from None
+    rows = [(number, row) for number, row in enumerate(csv.reader(lines), 1) if any(row)]
+    header = [cell.strip() for cell in rows[0][1]] if rows else []
+    wanted = ("time", *names)
+    for name in wanted:
+        if name not in header:
+            like = nearest(name, header)
+            mend = f"rename '{like}'" if like else f"write the header {','.join(wanted)}"
+            raise fault(path, "header", f"a column '{name}'", one_of(header), mend)
+    if len(rows) < 3:
+        mend = "give the angles over time"
+        raise fault(path, "", "at least two rows of numbers", f"{max(len(rows) - 1, 0)}", mend)
+    at = {name: header.index(name) for name in wanted}
+    table = {name: np.array([_cell(path, *row, name, at[name]) for row in rows[1:]]) for name in at}
+    late = np.flatnonzero(np.diff(table["time"]) <= 0)
+    if len(late):
+        number, (before, after) = rows[late[0] + 2][0], table["time"][late[0] : late[0] + 2]
+        place = f"line {number}, column 'time'"
+        raise fault(path, place, f"a time after {before:g} s", f"{after:g} s", "sort the rows")
+    return table
+
+
+def _cell(path: Path, line: int, row: list[str], name: str, at: int) -> float:
+    text = row[at].strip() if at < len(row) else ""
+    try:
+        value = float(text)
+    except ValueError:
+        value = np.nan
+    if not np.isfinite(value):
+        mend = "write every number with a point, in s and rad"
+        found = shown(text) if text else "nothing"
+        raise fault(path, f"line {line}, column '{name}'", "a finite number", found, mend)
+    return value

@@ -1,9 +1,9 @@
-"""What moves a mechanism: release, impact and torque, each with the instants at which it jumps."""
+"""What moves a mechanism: release, impact, torque and prescribed joints, with all their jumps."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import jax.numpy as jnp
@@ -11,16 +11,17 @@ import numpy as np
 
 from .chain import Chain
 from .door import fault, nearest, one_of, shown
-from .drive_file import DriveSpec
+from .drive_file import DriveSpec, read_profile
 from .energies import stiffness_matrix
 from .linear import Array, Mechanism, Port
-from .robot import MODELS_THAT_WORK
-
-WORKING_KINDS = ("release", "impact", "torque")
-"""Kinds of drives that can be simulated now; the others belong to models with a driven joint."""
+from .prescribed import Prescribed, shaped, through
+from .robot import MODELS, Robot
 
 MOST_EDGES = 10_000
 """Most jumps that one drive may have [-]; beyond that a period is in the wrong unit."""
+
+STILL = 0.01
+"""A profile that is held at an end must rest there, to this share of its fastest motion [-]."""
 
 ON_SAMPLE = 1e-9
 """A jump this close to a sample, as a share of the sampling interval, falls on it [-]."""
@@ -43,7 +44,7 @@ class Hold:
 
 @dataclass(frozen=True)
 class Drive:
-    """A force that is constant, or a sine, between the instants at which it jumps.
+    """A force that is constant, or a sine, between the instants at which it jumps, and joints.
 
     The jumps are kept as instants and never rounded to samples, so that an impact gives its
     whole impulse at any sampling rate.
@@ -55,6 +56,7 @@ class Drive:
         frequency: 0 for a constant force; otherwise the force is
             ``level sin(frequency (t - edges[0]))`` [rad/s].
         hold: what a release lets go of; None for a start at rest.
+        joints: angles that motors hold; told to the mechanism by their accelerations.
     """
 
     port: Port | None = None
@@ -62,11 +64,13 @@ class Drive:
     levels: tuple[float, ...] = ()
     frequency: float = 0.0
     hold: Hold | None = None
+    joints: tuple[Prescribed, ...] = ()
 
     @property
     def ports(self) -> tuple[Port, ...]:
-        """Where inputs act on the mechanism: one port or none [-]."""
-        return () if self.port is None else (self.port,)
+        """Where inputs act on the mechanism: that of the force, then the prescribed joints [-]."""
+        joints = tuple(Port(each.joint, "angular_acceleration") for each in self.joints)
+        return joints if self.port is None else (self.port, *joints)
 
     def level(self, times: np.ndarray, tolerance: float = 0.0) -> np.ndarray:
         """Level at each time [s], the new one at a jump or up to `tolerance` [s] before it.
@@ -89,15 +93,16 @@ class Drive:
         return level * np.sin(self.frequency * (np.asarray(times) - self.edges[0]))
 
     def sampled(self, times: np.ndarray) -> np.ndarray:
-        """The inputs at uniform samples, shape (t, ports) [N or N m]: held, the new one at a jump.
+        """The inputs at uniform samples, shape (t, ports) [N, N m or rad/s^2]: the new at a jump.
 
         Jumps between samples are not in it; `supple.model.motion` cuts the motion there instead.
 
         Args:
             times: samples [s].
         """
-        step = float(times[1] - times[0])
-        columns = [self.force(times, ON_SAMPLE * step) for _ in self.ports]
+        tolerance = ON_SAMPLE * float(times[1] - times[0])
+        columns = [] if self.port is None else [self.force(times, tolerance)]
+        columns += [joint.at(times, times + tolerance)[:, 2] for joint in self.joints]
         return np.stack(columns, axis=1) if columns else np.zeros((len(times), 0))
 
 
@@ -183,14 +188,14 @@ def drive_of(spec: DriveSpec, mechanism: Mechanism) -> Drive:
         The drive, with every jump inside the simulated time.
 
     Raises:
-        ValueError: one line with file, place, expected, found and mend: for a drive of a later
-            model, a place that the mechanism does not have, or a jump that comes too late.
+        ValueError: one line with file, place, expected, found and mend: for a joint that the
+            mechanism cannot drive, a place that it does not have, a jump that comes too late, or
+            a profile that cannot be read.
     """
-    if spec.kind not in WORKING_KINDS:
-        models = " and ".join(MODELS_THAT_WORK)
-        expected = f"one of {one_of(WORKING_KINDS)}, which move a chain and the models {models}"
-        mend = "choose one of these; a driven wrist or arm cannot be simulated yet"
-        raise fault(spec.path, "[drive] kind", expected, f"'{spec.kind}'", mend)
+    if spec.kind in ("wrist", "swing"):
+        _check_joint(spec, mechanism)
+        _check_begin(spec)
+        return _swing_of(spec, mechanism) if spec.kind == "swing" else _wrist_of(spec)
     places = drive_places(mechanism)
     if spec.place not in places:
         mend = f"write place = '{nearest(spec.place, places) or places[0]}'"
@@ -200,14 +205,93 @@ def drive_of(spec: DriveSpec, mechanism: Mechanism) -> Drive:
     _check_begin(spec)
     if spec.kind == "impact":
         return impact(spec.place, spec.force, spec.start, spec.drive_duration or 0.0)
-    end = spec.duration if spec.drive_duration is None else spec.start + spec.drive_duration
+    end = _end_of(spec)
     if spec.shape is None:
         return _steps_of(spec, end)
+    _check_period(spec, end)
+    period = spec.period or 1.0
+    return wave(spec.place, spec.shape, spec.amplitude or 0.0, period, spec.start, end)
+
+
+def _end_of(spec: DriveSpec) -> float:
+    return spec.duration if spec.drive_duration is None else spec.start + spec.drive_duration
+
+
+def _check_period(spec: DriveSpec, end: float) -> None:
     period = spec.period or 1.0
     if 2 * (min(end, spec.duration) - spec.start) / period > MOST_EDGES:
         expected = f"at most {MOST_EDGES} half periods"
         raise fault(spec.path, "[drive] period", expected, shown(period), "write it in s")
-    return wave(spec.place, spec.shape, spec.amplitude or 0.0, period, spec.start, end)
+
+
+def _check_joint(spec: DriveSpec, mechanism: Mechanism) -> None:
+    """A drive of the wrist or of a swing needs a model in which that joint is driven."""
+    joint = "wrist" if spec.kind == "wrist" else "arm"
+    if spec.place != joint:
+        expected = f"the place '{joint}' for a drive of kind '{spec.kind}'"
+        raise fault(spec.path, "[drive] place", expected, f"'{spec.place}'", "remove 'place'")
+    if joint not in mechanism.grounds:
+        able = [model for model in MODELS if joint in Robot(model).grounds]
+        found = (
+            f"a robot of model '{mechanism.model}'" if isinstance(mechanism, Robot) else "a chain"
+        )
+        expected = f"a rig whose {joint} is driven by '{spec.kind}': model {one_of(able)}"
+        mend = f"write model = '{able[0]}' in the rig, or another kind of drive"
+        raise fault(spec.path, "[drive] kind", expected, found, mend)
+
+
+def _wrist_of(spec: DriveSpec) -> Drive:
+    if spec.file is not None:
+        return Drive(joints=_joints(spec, ("wrist",)))
+    end, period = _end_of(spec), spec.period or 1.0
+    _check_period(spec, end)
+    shape, amplitude = spec.shape or "sine", spec.amplitude or 0.0
+    joint = shaped("wrist", shape, amplitude, period, spec.start, end, spec.duration)
+    return Drive(joints=(joint,))
+
+
+def _swing_of(spec: DriveSpec, mechanism: Mechanism) -> Drive:
+    """The arm, the wrist where the mechanism drives it, and the ball, on the profile's clock."""
+    drive, ball = Drive(joints=_joints(spec, mechanism.grounds)), spec.impact
+    if ball is None:
+        return drive
+    start = spec.start + ball.time
+    if start >= spec.duration:
+        expected = f"a time before the end of [times], {spec.duration:g} s"
+        mend = "hit earlier, or simulate longer"
+        raise fault(spec.path, "[drive] impact time", expected, f"{start:g} s", mend)
+    return replace(impact("clubhead", ball.force, start, ball.duration), joints=drive.joints)
+
+
+def _joints(spec: DriveSpec, joints: tuple[str, ...]) -> tuple[Prescribed, ...]:
+    assert spec.file is not None
+    columns = read_profile(spec.file, tuple(f"{joint}_angle" for joint in joints))
+    times = spec.start + columns["time"]
+    if len(times) > MOST_EDGES:
+        raise fault(spec.file, "", f"at most {MOST_EDGES} rows", f"{len(times)}", "leave some out")
+    if times[0] >= spec.duration:
+        expected = f"a first time before the end of [times], {spec.duration:g} s"
+        raise fault(spec.file, "column 'time'", expected, f"{times[0]:g} s", "simulate longer")
+    found = []
+    for joint in joints:
+        angles = columns[f"{joint}_angle"]
+        found.append(through(joint, times.tolist(), angles.tolist(), spec.duration))
+        _check_still(spec, times, found[-1])
+    return tuple(found)
+
+
+def _check_still(spec: DriveSpec, times: np.ndarray, joint: Prescribed) -> None:
+    """A motor that starts or stops dead is a profile that was cut off."""
+    inside = np.clip(times, 0.0, spec.duration)
+    fastest = float(np.max(np.abs(joint.at(inside)[:, 1]), initial=0.0))
+    for edge, jump in zip(joint.edges, joint.jumps[:, 1], strict=True):
+        if abs(jump) > STILL * fastest:
+            assert spec.file is not None
+            end = "begins" if edge < times[-1] else "ends"
+            expected = f"a profile that rests where it {end}, at {edge:g} s, inside [times]"
+            found = f"{jump:.3g} rad/s there"
+            mend = "lengthen the profile until it rests, or change 'duration' or 'start'"
+            raise fault(spec.file, f"column '{joint.joint}_angle'", expected, found, mend)
 
 
 def drive_places(mechanism: Mechanism) -> tuple[str, ...]:

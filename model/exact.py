@@ -24,11 +24,11 @@ class Plan:
 
     Attributes:
         mechanism: chain or robot.
-        inputs: the drive's port, or none.
+        inputs: the port of the drive's force, if any, then its prescribed joints.
         sensors: what is measured.
         hold: what a release lets go of; its displacement is no part of what is compiled.
-        states: of the drive: 0 none, 1 constant between jumps, 2 sine and cosine.
-        whole: whether coordinates, velocities and accelerations come before the sensors.
+        states: of the force: 0 none, 1 constant between jumps, 2 sine and cosine.
+        whole: whether all states and the coordinates' accelerations come before the sensors.
     """
 
     mechanism: Mechanism
@@ -54,23 +54,36 @@ class _Jumps:
     samples: np.ndarray  # (jumps,)
     parts: np.ndarray  # distinct times from a jump to its sample (parts,) [s]
     part: np.ndarray  # which of these, (jumps,)
-    changes: np.ndarray  # of the drive's states, (jumps, exo)
+    changes: np.ndarray  # of the force's states, then of four numbers a joint, (jumps, changes)
 
 
 def _jumps(drive: Drive, step: float, count: int) -> _Jumps:
     """The jumps up to the last sample."""
-    edges, levels = np.asarray(drive.edges), np.asarray(drive.levels)
+    parts = [_force_changes(drive)] if drive.port is not None else []
+    parts += [(np.asarray(joint.edges), joint.jumps) for joint in drive.joints]
+    width = sum(changes.shape[1] for _, changes in parts)
+    edges, changes, column = np.zeros(0), np.zeros((0, width)), 0
+    for own, change in parts:
+        wide = np.zeros((len(own), width))
+        wide[:, column : column + change.shape[1]] = change
+        edges, changes = np.concatenate([edges, own]), np.concatenate([changes, wide])
+        column += change.shape[1]
     position = edges / step
     landing = np.ceil(position - ON_SAMPLE)
     left = np.maximum(landing - position, 0.0)
     left[left <= ON_SAMPLE] = 0.0
-    change = np.diff(levels, prepend=0.0)
-    phase = drive.frequency * (edges - edges[0]) if len(edges) else edges
-    columns = [change * np.sin(phase), change * np.cos(phase)] if drive.frequency else [change]
     kept = landing < count
-    parts, part = np.unique(np.round(left[kept], 12) * step, return_inverse=True)
-    changes = np.stack(columns, axis=1)[kept]
-    return _Jumps(landing[kept].astype(int), parts, part.reshape(-1), changes)
+    distinct, part = np.unique(np.round(left[kept], 12) * step, return_inverse=True)
+    return _Jumps(landing[kept].astype(int), distinct, part.reshape(-1), changes[kept])
+
+
+def _force_changes(drive: Drive) -> tuple[np.ndarray, np.ndarray]:
+    edges = np.asarray(drive.edges)
+    change = np.diff(np.asarray(drive.levels), prepend=0.0)
+    if not drive.frequency:
+        return edges, change[:, None]
+    phase = drive.frequency * (edges - edges[0])
+    return edges, np.stack([change * np.sin(phase), change * np.cos(phase)], axis=1)
 
 
 def exact_outputs(
@@ -90,19 +103,19 @@ def exact_outputs(
     Raises:
         ValueError: for a release without a balance.
 
-    Source: ``x' = A x`` with the drive's force as states of their own, which jump; Van Loan 1978,
-    doi:10.1109/TAC.1978.1101743.
+    Source: ``x' = A x`` with the drive's force and the joints' accelerations as states of their
+    own, which jump; Van Loan 1978, doi:10.1109/TAC.1978.1101743.
     """
     step, count = float(times[-1]) / (len(times) - 1), len(times)
     blocks = -(-count // BLOCK)
     held = 0.0 if plan.hold is None else plan.hold.displacement
-    if plan.states:
-        jumps = _jumps(drive, step, count)
-        marks = (jumps.samples, jumps.parts, jumps.part, jumps.changes)
-    else:
-        marks = (np.zeros(0, int), np.zeros(0), np.zeros(0, int), np.zeros((0, 0)))
+    jumps = _jumps(drive, step, count)
+    marks = (jumps.samples, jumps.parts, jumps.part, jumps.changes)
+    joints = np.array([(*joint.begin, joint.frequency) for joint in drive.joints]).reshape(-1, 3)
     static = plan if plan.hold is None else replace(plan, hold=replace(plan.hold, displacement=1.0))
-    outputs, start, seen = _designs(static, blocks, table, step, drive.frequency, held, *marks)
+    outputs, start, seen = _designs(
+        static, blocks, table, step, drive.frequency, joints, held, *marks
+    )
     if plan.hold is not None:
         check_balance(np.asarray(start), np.asarray(seen), plan.hold)
     return np.asarray(outputs)[:, :count]
@@ -124,6 +137,7 @@ def _linear(
     p: Mapping[str, Array],
     step: Array,
     frequency: Array,
+    joints: Array,
     held: Array,
     samples: Array,
     parts: Array,
@@ -138,7 +152,7 @@ def _linear(
         unit, _ = equilibrium(plan.mechanism, p, plan.hold)
         start = held * unit
         seen = hold_rows(plan.mechanism, p, plan.hold)[1] @ start
-    a, c, size = _with_drive(plan, space, step, frequency)
+    a, c, size = _with_drive(plan, space, step, frequency, joints[:, 2])
     lengths = jnp.concatenate([jnp.asarray(step)[None], parts])
     over = jax.vmap(lambda length: _transition(a, length))(lengths)
     powers = [over[0]]
@@ -148,8 +162,13 @@ def _linear(
     for power in powers[:-1]:
         look = jnp.concatenate([look, look @ power])
     first = jnp.zeros(a.shape[0]).at[:n].set(start)
+    carried = jnp.asarray([_carried(plan, place) for place in _joint_names(plan)]).reshape(-1, n)
+    for k in (0, 1):  # angles, velocities
+        first = first.at[k * n : (k + 1) * n].add(joints[:, k] @ carried)
+        first = first.at[2 * n + k : 2 * n + 2 * len(carried) : 2].set(joints[:, k])
     if len(parts):
-        jumps = jnp.einsum("jze,je->jz", over[1 + part][:, :, 2 * n :], changes / size)
+        landed = changes @ _leaps(plan, space, a.shape[0], size).T
+        jumps = jnp.einsum("jzx,jx->jz", over[1 + part], landed)
         kicks, own = _landed(jumps, samples, powers, look, blocks)
     else:
         kicks, own = jnp.zeros((blocks, len(first))), jnp.zeros(())
@@ -164,28 +183,65 @@ def _transition(a: Array, step: Array) -> Array:
     return discretize(a, jnp.zeros((a.shape[0], 0)), step, 1)[0]
 
 
+def _joint_names(plan: Plan) -> list[str]:
+    return [port.place for port in plan.inputs[min(plan.states, 1) :]]
+
+
+def _carried(plan: Plan, joint: str) -> tuple[float, ...]:
+    return plan.mechanism.carried[plan.mechanism.grounds.index(joint)]
+
+
 def _with_drive(
-    plan: Plan, space: StateSpace, step: Array, frequency: Array
+    plan: Plan, space: StateSpace, step: Array, frequency: Array, turns: Array
 ) -> tuple[Array, Array, Array]:
-    """State matrix and outputs with the drive as states of its own, and the unit of these [N]."""
-    n2 = space.a.shape[0]
-    total = n2 + plan.states
+    """State matrix and outputs with the drive as states of its own, and the unit of the force [N].
+
+    The states: those of the mechanism with angle and velocity of each joint, those of the force,
+    then acceleration of each joint and its rate.
+    """
+    n, n2 = len(plan.mechanism.coordinates), space.a.shape[0]
+    pushes, total = min(plan.states, 1), n2 + plan.states + 2 * len(_joint_names(plan))
     a = jnp.zeros((total, total)).at[:n2, :n2].set(space.a)
     c, d = space.c, space.d
     if plan.whole:
-        n = n2 // 2
-        c = jnp.concatenate([jnp.eye(n2), space.a[n:], c])
-        d = jnp.concatenate([jnp.zeros((n2, d.shape[1])), space.b[n:], d])
-    c = jnp.concatenate([c, jnp.zeros((c.shape[0], plan.states))], axis=1)
-    if not plan.states:
-        return a, c, jnp.ones(())
-    largest = jnp.max(jnp.abs(space.b)) * step
-    size = 1.0 / jnp.where(largest > 0, largest, 1.0)
-    a = a.at[:n2, n2].set(space.b[:, 0] * size)
-    c = c.at[:, n2].set(d[:, 0] * size)
+        c = jnp.concatenate([jnp.eye(n2), space.a[n : 2 * n], c])
+        d = jnp.concatenate([jnp.zeros((n2, d.shape[1])), space.b[n : 2 * n], d])
+    c = jnp.concatenate([c, jnp.zeros((c.shape[0], total - n2))], axis=1)
+    size = jnp.ones(())
+    if plan.states:
+        largest = jnp.max(jnp.abs(space.b[:, :1])) * step
+        size = 1.0 / jnp.where(largest > 0, largest, 1.0)
+        a = a.at[:n2, n2].set(space.b[:, 0] * size)
+        c = c.at[:, n2].set(d[:, 0] * size)
     if plan.states == 2:  # (sine, cosine) turn into each other
         a = a.at[n2, n2 + 1].set(frequency).at[n2 + 1, n2].set(-frequency)
+    for k in range(len(_joint_names(plan))):
+        at = n2 + plan.states + 2 * k
+        a = a.at[:n2, at].set(space.b[:, pushes + k])
+        c = c.at[:, at].set(d[:, pushes + k])
+        a = a.at[at, at + 1].set(1.0).at[at + 1, at].set(-(turns[k] ** 2))
     return a, c, size
+
+
+def _leaps(plan: Plan, space: StateSpace, total: int, size: Array) -> Array:
+    """What a unit jump of the drive does to the states, shape (total, changes).
+
+    Where the angle of a joint leaps, its dashpot gives the mechanism an impulse; where the
+    velocity does, the masses that the joint carries.
+    """
+    n, n2 = len(plan.mechanism.coordinates), space.a.shape[0]
+    pushes, joints = min(plan.states, 1), len(_joint_names(plan))
+    leaps = jnp.zeros((total, plan.states + 4 * joints))
+    force = jnp.arange(plan.states)
+    leaps = leaps.at[n2 + force, force].set(1.0 / size)
+    for k in range(joints):
+        angle, change = 2 * n + 2 * k, plan.states + 4 * k
+        bend = n2 + plan.states + 2 * k
+        leaps = leaps.at[n : 2 * n, change].set(space.a[n : 2 * n, angle + 1])
+        leaps = leaps.at[n : 2 * n, change + 1].set(space.b[n : 2 * n, pushes + k])
+        for state, column in zip((angle, angle + 1, bend, bend + 1), range(4), strict=True):
+            leaps = leaps.at[state, change + column].set(1.0)
+    return leaps
 
 
 def _landed(

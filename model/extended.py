@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -15,8 +16,9 @@ from .door import nearest, one_of
 from .drives import ON_SAMPLE, Drive, Hold, check_balance, equilibrium, hold_rows
 from .energies import stiffness_matrix
 from .law import Law, Place, library
-from .linear import Mechanism
+from .linear import Mechanism, state_space
 from .plant import Plant
+from .prescribed import AT_REST
 from .respond import state_history
 
 WIDTH = 0.01
@@ -219,11 +221,11 @@ def march(
 ) -> tuple[np.ndarray, np.ndarray]:
     """States and law forces at the samples; the motion is cut where the drive jumps.
 
-    A constant force is exact up to the integrator. A sine is marched as a broken line whose
-    fundamental is that sine, at least `POINTS_PER_WAVE` points a wave.
+    Constant forces and joints through a profile are exact up to the integrator. A sine is marched
+    as a broken line whose fundamental is that sine, at least `POINTS_PER_WAVE` points a wave.
 
     Args:
-        plant: mechanism with its law places and the drive's port.
+        plant: mechanism with its law places and the drive's ports.
         z: numbers, strengths and start state, see `Plant` [SI].
         drive: what drives it.
         times: uniform samples [s].
@@ -231,37 +233,63 @@ def march(
         refinement: steps a sample.
 
     Returns:
-        states (t, 2 n) and law forces (t, law rows) [SI].
+        states (t, states) and law forces (t, law rows) [SI].
     """
     step = float(times[1] - times[0])
     last = len(times) - 1
-    per_wave = POINTS_PER_WAVE * drive.frequency * step / (2 * np.pi)
+    fastest = max([drive.frequency, *(joint.frequency for joint in drive.joints)])
+    per_wave = POINTS_PER_WAVE * fastest * step / (2 * np.pi)
     runner = _Runner(plant, z, drive, rounding, step)
     fine = max(refinement, int(np.ceil(per_wave)) * refinement)
-    x = z[plant.slots["start"]]
+    x = carried_start(plant, z, drive)
     states = np.zeros((last + 1, len(x)))
     forces: np.ndarray | None = None
     for begin, end in pairwise([0.0, *_cuts(drive, step, last), last * step]):
         first, final = int(np.ceil(begin / step - ON_SAMPLE)), int(end / step + ON_SAMPLE)
+        x, middle = runner.jump(x, begin), 0.5 * (begin + end)
         if first > final:
-            x = runner.across(x, begin, end - begin)
+            x = runner.across(x, begin, end - begin, middle)
             continue
-        x = runner.across(x, begin, first * step - begin)
-        run, pull = runner.run(x, first * step, step / fine, (final - first) * fine)
+        x = runner.across(x, begin, first * step - begin, middle)
+        run, pull = runner.run(x, first * step, step / fine, (final - first) * fine, middle)
         states[first : final + 1] = run[::fine]
         forces = np.zeros((last + 1, pull.shape[1])) if forces is None else forces
         forces[first : final + 1] = pull[::fine]
-        x = runner.across(run[-1], final * step, end - final * step)
+        x = runner.across(run[-1], final * step, end - final * step, middle)
     assert forces is not None
     return states, forces
 
 
+def carried_start(plant: Plant, z: np.ndarray, drive: Drive) -> np.ndarray:
+    """Start state (states,) with the prescribed joints at their beginning, the collet along [SI].
+
+    Args:
+        plant: mechanism with the drive's ports.
+        z: its start state is meant relative to the joints [SI].
+        drive: tells the joints.
+    """
+    x = z[plant.slots["start"]].copy()
+    n, mechanism = len(plant.mechanism.coordinates), plant.mechanism
+    for index, joint in enumerate(drive.joints):
+        along = np.asarray(mechanism.carried[mechanism.grounds.index(joint.joint)])
+        for order, value in enumerate(joint.begin):  # angle, velocity
+            x[order * n : (order + 1) * n] += value * along
+            x[2 * n + 2 * index + order] += value
+    return x
+
+
 def _cuts(drive: Drive, step: float, last: int) -> list[float]:
-    """Jumps that the march must not step over: those between samples, and all of a sine."""
+    """Instants that the march must not step over: those between samples, and all real jumps."""
+    marked = dict.fromkeys(drive.edges, drive.frequency > 0)
+    for joint in drive.joints:
+        size = np.max(np.abs(joint.jumps), axis=0, initial=1e-300)
+        for edge, jump in zip(joint.edges, joint.jumps, strict=True):
+            is_jump = bool(np.any(np.abs(jump[:3]) > AT_REST * size[:3])) or joint.frequency > 0
+            marked[edge] = marked.get(edge, False) or is_jump
     found = []
-    for edge in drive.edges:
+    for edge in sorted(marked):
         on_sample = abs(edge / step - round(edge / step)) <= ON_SAMPLE
-        if 0.0 < edge < (last - ON_SAMPLE) * step and (drive.frequency or not on_sample):
+        if 0.0 < edge < (last - ON_SAMPLE) * step and (marked[edge] or not on_sample):
             found.append(round(edge / step) * step if on_sample else edge)
     return found
 
@@ -274,23 +302,46 @@ class _Runner:
     rounding: np.ndarray
     step: float
 
-    def across(self, x: np.ndarray, begin: float, length: float) -> np.ndarray:
-        """State after a part of a sampling interval, `length` [s]."""
+    def jump(self, x: np.ndarray, time: float) -> np.ndarray:
+        """State after the velocities of the joints jump at a time [s]; x itself where none does."""
+        drive, tolerance = self.drive, ON_SAMPLE * self.step
+        count, n = len(self.plant.inputs), len(self.plant.mechanism.coordinates)
+        for index, joint in enumerate(drive.joints):
+            for edge, change in zip(joint.edges, joint.jumps[:, 1], strict=True):
+                if abs(edge - time) <= tolerance and change:
+                    port = count - len(drive.joints) + index
+                    x = x.copy()
+                    x[2 * n + 2 * index + 1] += change
+                    x[n : 2 * n] += change * self._pushes[n : 2 * n, port]
+        return x
+
+    @cached_property
+    def _pushes(self) -> np.ndarray:
+        numbers = {
+            name: float(value) for name, value in self.plant.numbers(jnp.asarray(self.z)).items()
+        }
+        return np.asarray(state_space(self.plant.mechanism, numbers, self.plant.inputs).b)
+
+    def across(self, x: np.ndarray, begin: float, length: float, inside: float) -> np.ndarray:
+        """State after a part of a sampling interval, `length` [s]; see `run`."""
         if length <= ON_SAMPLE * self.step:
             return x
-        return self.run(x, begin, length / CHUNK, CHUNK)[0][-1]
+        return self.run(x, begin, length / CHUNK, CHUNK, inside)[0][-1]
 
     def run(
-        self, x: np.ndarray, begin: float, node: float, count: int
+        self, x: np.ndarray, begin: float, node: float, count: int, inside: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        """States and law forces at `count` + 1 nodes from `begin` on, `node` apart [s]."""
+        """States and law forces at `count` + 1 nodes from `begin` on, `node` apart [s].
+
+        `inside` is a time [s] between the two jumps that enclose the run.
+        """
         states, forces = [], []
         for low in range(0, max(count, 1), CHUNK):
             at = begin + node * (low + np.arange(CHUNK + 1))
             z = self.z.copy()
             z[self.plant.slots["start"]] = x
             run, pull = state_history(
-                self.plant, 1, jnp.asarray(z), self._inputs(at, begin, node), node,
+                self.plant, 1, jnp.asarray(z), self._inputs(at, begin, node, inside), node,
                 jnp.asarray(self.rounding),
             )  # fmt: skip
             kept = slice(0 if low == 0 else 1, min(CHUNK, count - low) + 1)
@@ -299,13 +350,24 @@ class _Runner:
             x = run[kept][-1]
         return np.concatenate(states), np.concatenate(forces)
 
-    def _inputs(self, at: np.ndarray, begin: float, node: float) -> jax.Array:
+    def _inputs(self, at: np.ndarray, begin: float, node: float, inside: float) -> jax.Array:
+        columns = [] if self.drive.port is None else [self._force(at, begin, node)]
+        tolerance = ON_SAMPLE * self.step
+        for joint in self.drive.joints:
+            if joint.frequency:
+                fundamental = np.sinc(joint.frequency * node / (2 * np.pi)) ** 2
+                bend = joint.at(at, np.full(len(at), inside))[:, 2] / fundamental
+            else:
+                # at an edge that ends the run the old piece, inside the run each its own
+                near = at + np.where(at < inside, tolerance, -tolerance)
+                bend = joint.at(at, near)[:, 2]
+            columns.append(bend)
+        return jnp.asarray(np.stack(columns, axis=1) if columns else np.zeros((len(at), 0)))
+
+    def _force(self, at: np.ndarray, begin: float, node: float) -> np.ndarray:
         drive, tolerance = self.drive, ON_SAMPLE * self.step
-        if not drive.ports:
-            return jnp.zeros((len(at), 0))
         if not drive.frequency:
-            return jnp.asarray(drive.level(at, tolerance)[:, None])
+            return drive.level(at, tolerance)
         level = drive.level(np.array([begin]), tolerance)[0]
         fundamental = np.sinc(drive.frequency * node / (2 * np.pi)) ** 2
-        wave = level / fundamental * np.sin(drive.frequency * (at - drive.edges[0]))
-        return jnp.asarray(wave[:, None])
+        return level / fundamental * np.sin(drive.frequency * (at - drive.edges[0]))

@@ -12,6 +12,7 @@ import numpy as np
 
 from .chain import DERIVATIVES, FORCES, GROUND, Chain
 from .energies import Rows, damping_matrix, mass_matrix, stiffness_matrix
+from .ground import Driven, driven_grounds, ground_rows
 
 Array = jax.Array
 
@@ -27,6 +28,16 @@ class Mechanism(Protocol):
     @property
     def coordinates(self) -> tuple[str, ...]:
         """Names of its generalized coordinates [m or rad]."""
+        ...
+
+    @property
+    def grounds(self) -> tuple[str, ...]:
+        """What can be moved from outside [m or rad]: the columns of rows after the coordinates."""
+        ...
+
+    @property
+    def carried(self) -> tuple[tuple[float, ...], ...]:
+        """How far each coordinate starts moved along with each ground [1]."""
         ...
 
     def turns(self, place: str) -> bool:
@@ -73,7 +84,7 @@ class Port:
 
 @dataclass(frozen=True)
 class StateSpace:
-    """``x' = A x + B w``, ``y = C x + D w`` with x = (q, v, ground) and w = (inputs, law forces).
+    """``x' = A x + B w``, ``y = C x + D w`` with x = (q, v, grounds), w = (inputs, law forces).
 
     Attributes:
         a: shape (states, states) [SI unit of the state a second and a unit of the state].
@@ -98,19 +109,9 @@ class StateSpace:
     damping: Array
 
 
-def ground_quantity(inputs: tuple[Port, ...]) -> str:
-    """How the ground is driven: position, velocity, acceleration, or ``""`` where it rests [-].
-
-    Raises:
-        ValueError: where two channels drive the ground.
-    """
-    kinds = [port.quantity for port in inputs if port.quantity not in FORCES]
-    if len(kinds) > 1:
-        raise ValueError(
-            f"inputs: expected at most one motion of the ground, found {len(kinds)}. "
-            "Mend: give one of them role = 'response'."
-        )
-    return {0: "position", 1: "velocity", 2: "acceleration"}[DERIVATIVES[kinds[0]]] if kinds else ""
+def moved_grounds(inputs: tuple[Port, ...]) -> tuple[Driven, ...]:
+    """The grounds that inputs move, in the order of the inputs."""
+    return driven_grounds([port.quantity for port in inputs])
 
 
 def state_space(
@@ -123,12 +124,13 @@ def state_space(
     """State space of the linear mechanism, with ports for inputs, sensors and laws.
 
     A ground moved by position or velocity is a state driven by its rate; one moved by
-    acceleration is two states.
+    acceleration is two states. A robot's joint is moved by its acceleration alone, because an arm
+    carries masses; `supple.model.told` makes it of sampled angles.
 
     Args:
         mechanism: chain or robot.
         p: its numbers by name [SI].
-        inputs: forces, torques and at most one motion of the ground.
+        inputs: forces, torques and at most one motion of each ground.
         sensors: what is measured.
         law_places: places where laws act.
 
@@ -139,67 +141,79 @@ def state_space(
         ValueError: for a motion given to what cannot be moved, or a sensor that would need a
             derivative of the ground's motion which its drive does not have.
 
-    Source: Lagrange's equations of the energies; tests/model/test_respond.py.
+    Source: Lagrange's equations of the energies; tests/model/test_respond.py,
+    tests/model/test_robot_motion.py.
     """
+    columns = _ground_columns(mechanism, p, inputs, sensors)
     rows = mechanism.rows(p)
     n = len(mechanism.coordinates)
-    inverse = jnp.linalg.inv(mass_matrix(rows)[:n, :n])
-    stiffness, damping = stiffness_matrix(rows)[:n], damping_matrix(rows)[:n]
-    ground = ground_quantity(inputs)
-    _check_ground(mechanism, p, inputs, sensors)
-    extra = {"": 0, "position": 1, "velocity": 1, "acceleration": 2}[ground]
+    mass, damping, stiffness = mass_matrix(rows), damping_matrix(rows), stiffness_matrix(rows)
+    inverse = jnp.linalg.inv(mass[:n, :n])
     places = [mechanism.place_rows(place, p) for place in law_places]
-    law_rows = jnp.concatenate([jnp.zeros((0, n + 1))] + [place[0] for place in places])
-    m = law_rows.shape[0]
-    size, width = 2 * n + extra, len(inputs) + m
-    motion = _ground_motion(ground, inputs, size, width)
-    a = jnp.zeros((size, size)).at[:n, n : 2 * n].set(jnp.eye(n))
-    b = jnp.zeros((size, width))
-    a = a.at[n : 2 * n, :n].set(-inverse @ stiffness[:, :n])
-    a = a.at[n : 2 * n, n : 2 * n].set(-inverse @ damping[:, :n])
-    push = -(inverse @ stiffness[:, n])[:, None], -(inverse @ damping[:, n])[:, None]
-    a = a.at[n : 2 * n].add(push[0] * motion.position[0] + push[1] * motion.velocity[0])
-    b = b.at[n : 2 * n].add(push[0] * motion.position[1] + push[1] * motion.velocity[1])
-    a, b = a + motion.a, b + motion.b
+    law_rows = jnp.concatenate([jnp.zeros((0, mass.shape[1]))] + [place[0] for place in places])
+    count = len(inputs)
+    width = count + law_rows.shape[0]
+    driven = moved_grounds(inputs)
+    ground = ground_rows(driven, columns, mass.shape[1] - n, (2 * n, width))
+    size = 2 * n + len(ground.change)
+
+    pushed = jnp.zeros((n, size + width))  # generalized forces from outside
     for index, port in enumerate(inputs):
         if port.quantity in FORCES:
-            row = mechanism.force_row(port.place, p)
-            b = b.at[n : 2 * n, index].add(inverse @ row)
-    b = b.at[n : 2 * n, len(inputs) :].set(-inverse @ law_rows[:, :n].T)
-    pad = jnp.zeros((m, size))
-    stretch = pad.at[:, :n].set(law_rows[:, :n]) + law_rows[:, n:] * motion.position[0]
-    rate = pad.at[:, n : 2 * n].set(law_rows[:, :n]) + law_rows[:, n:] * motion.velocity[0]
-    rate_input = (law_rows[:, n:] * motion.velocity[1])[:, : len(inputs)]
-    c, d = [], []
+            pushed = pushed.at[:, size + index].add(mechanism.force_row(port.place, p))
+    pushed = pushed.at[:, size + count :].set(-law_rows[:, :n].T)
+    q = jnp.eye(n, size + width)
+    v = jnp.eye(n, size + width, k=n)
+    pulled = stiffness[:n, :n] @ q + damping[:n, :n] @ v
+    pulled = pulled + stiffness[:n, n:] @ ground.position + damping[:n, n:] @ ground.velocity
+    bend = inverse @ (pushed - pulled - mass[:n, n:] @ ground.acceleration)
+
+    whole = jnp.concatenate([v, bend, ground.change])
+    stretch = law_rows[:, :n] @ q + law_rows[:, n:] @ ground.position
+    rate = law_rows[:, :n] @ v + law_rows[:, n:] @ ground.velocity
+    seen = [jnp.zeros((0, size + width))]
     for port in sensors:
         row = mechanism.sensor_row(port.place, port.quantity, port.frame, p)
         order = DERIVATIVES[port.quantity]
-        state, feed = _sensor(row, order, n, a, b, motion)
-        c.append(state)
-        d.append(feed)
-    outputs = (
-        jnp.stack(c) if c else jnp.zeros((0, size)),
-        jnp.stack(d) if d else jnp.zeros((0, width)),
-    )
-    k = jnp.concatenate([jnp.zeros(0)] + [place[1] for place in places])
-    g = jnp.concatenate([jnp.zeros(0)] + [place[2] for place in places])
-    return StateSpace(a, b, *outputs, stretch, rate, rate_input, k, g)
+        own = (q, v, bend)[order]
+        moved = (ground.position, ground.velocity, ground.acceleration)[order]
+        seen.append((row[:n] @ own + row[n:] @ moved)[None])
+    outputs, k, c = jnp.concatenate(seen), [jnp.zeros(0)], [jnp.zeros(0)]
+    k, c = k + [place[1] for place in places], c + [place[2] for place in places]
+    return StateSpace(
+        whole[:, :size], whole[:, size:], outputs[:, :size], outputs[:, size:],
+        stretch[:, :size], rate[:, :size], rate[:, size : size + count],
+        jnp.concatenate(k), jnp.concatenate(c),
+    )  # fmt: skip
 
 
-def _check_ground(
+def _ground_columns(
     mechanism: Mechanism, p: Mapping[str, Any], inputs: tuple[Port, ...], sensors: tuple[Port, ...]
-) -> None:
-    """Refuse a prescribed motion that the equations would not see."""
+) -> list[int]:
+    """Which ground each prescribed motion moves; refuse one that the equations would not see."""
+    is_chain, columns = isinstance(mechanism, Chain), []
     for port in inputs:
         if port.quantity in FORCES:
             continue
-        if not isinstance(mechanism, Chain) or port.place not in (GROUND, "base"):
+        name = GROUND if is_chain and port.place == "base" else port.place
+        told = is_chain or port.quantity == "angular_acceleration"
+        if name not in mechanism.grounds or not told:
+            what = "a chain's ground" if is_chain or not mechanism.grounds else "a driven joint"
+            known = mechanism.grounds or (GROUND,)
             raise ValueError(
-                f"inputs: expected a force or torque, or a motion of a chain's ground, found "
+                f"inputs: expected a force or torque, or a motion of {what}, found "
                 f"quantity = {port.quantity!r} at place = {port.place!r}. Mend: give that channel "
-                "role = 'response', or name place = 'ground'."
+                f"role = 'response', or name place = {' or '.join(map(repr, known))}"
+                f"{_needs_model(name, is_chain)}."
             )
-        for sensor in sensors:
+        column = mechanism.grounds.index(name)
+        if column in columns:
+            raise ValueError(
+                f"inputs: expected at most one motion of {name!r}, found 2. "
+                "Mend: give one of them role = 'response'."
+            )
+        columns.append(column)
+        for sensor in sensors if is_chain else ():
             row = mechanism.sensor_row(sensor.place, sensor.quantity, sensor.frame, p, np)
             known = max(DERIVATIVES[port.quantity], 1)
             if row[-1] != 0 and DERIVATIVES[sensor.quantity] > known:
@@ -208,55 +222,13 @@ def _check_ground(
                     f"{port.quantity} tells, found {sensor.quantity!r}. Mend: drive the ground "
                     "by its acceleration, or leave that channel out."
                 )
+    return columns
 
 
-@dataclass(frozen=True)
-class _Motion:
-    """Ground's position, velocity and acceleration as (rows over states, rows over w)."""
-
-    a: Array
-    b: Array
-    position: tuple[Array, Array]
-    velocity: tuple[Array, Array]
-    acceleration: tuple[Array, Array]
-
-
-def _ground_motion(ground: str, inputs: tuple[Port, ...], size: int, width: int) -> _Motion:
-    a, b = np.zeros((size, size)), np.zeros((size, width))
-    zero = (np.zeros(size), np.zeros(width))
-    position, velocity, acceleration = [(x.copy(), w.copy()) for x, w in (zero,) * 3]
-    if ground:
-        index = next(i for i, port in enumerate(inputs) if port.quantity not in FORCES)
-        if ground == "acceleration":
-            a[size - 2, size - 1] = 1.0
-            b[size - 1, index] = 1.0
-            position[0][size - 2] = velocity[0][size - 1] = acceleration[1][index] = 1.0
-        else:
-            b[size - 1, index] = 1.0
-            position[0][size - 1] = velocity[1][index] = 1.0
-    return _Motion(
-        jnp.asarray(a),
-        jnp.asarray(b),
-        (jnp.asarray(position[0]), jnp.asarray(position[1])),
-        (jnp.asarray(velocity[0]), jnp.asarray(velocity[1])),
-        (jnp.asarray(acceleration[0]), jnp.asarray(acceleration[1])),
-    )
-
-
-def _sensor(
-    row: Array, order: int, n: int, a: Array, b: Array, motion: _Motion
-) -> tuple[Array, Array]:
-    size, width = a.shape[0], b.shape[1]
-    own, ground = row[:n], row[n]
-    if order == 2:
-        state, feed = own @ a[n : 2 * n], own @ b[n : 2 * n]
-        moved = motion.acceleration
-    else:
-        start = order * n
-        state = jnp.zeros(size).at[start : start + n].set(own)
-        feed = jnp.zeros(width)
-        moved = motion.position if order == 0 else motion.velocity
-    return state + ground * moved[0], feed + ground * moved[1]
+def _needs_model(place: str, is_chain: bool) -> str:
+    models = {"wrist": "'driven_wrist' or 'driven_arm'", "arm": "'passive_wrist' or 'driven_arm'"}
+    known = not is_chain and place in models
+    return f", or a robot whose {place} is driven: model = {models[place]}" if known else ""
 
 
 def discretize(a: Array, b: Array, step: Any, orders: int = 3) -> tuple[Array, list[Array]]:

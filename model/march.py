@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from .chain import DERIVATIVES, FORCES
 from .law import Place
-from .linear import Array, StateSpace, Step, ground_quantity, make_step, state_space
+from .linear import Array, StateSpace, Step, make_step, moved_grounds, state_space
 from .plant import Plant, laws_of
 
 NEWTON_STEPS = 3
@@ -26,13 +26,13 @@ class ActingRows(NamedTuple):
 
 
 def space_of(plant: Plant, z: Array) -> StateSpace:
-    """State space of a plant at z, its own law places as they are."""
+    """State space of a plant at z [SI], its own law places as they are."""
     numbers = plant.numbers(z)
-    return state_space(plant.mechanism, numbers, plant.inputs, plant.sensors, plant.law_places)
+    return state_space(plant.mechanism, numbers, plant.marched, plant.sensors, plant.law_places)
 
 
 def acting_space(bare: Plant, z: Array, acting: ActingRows) -> StateSpace:
-    """State space with the selected law rows; rows on which nothing acts have unit stiffness."""
+    """State space [SI] with the selected law rows; where nothing acts, with unit stiffness."""
     select, count = acting.select, len(bare.inputs)
     if select.shape[0] == 0:
         return space_of(bare, z)
@@ -54,7 +54,7 @@ def acting_space(bare: Plant, z: Array, acting: ActingRows) -> StateSpace:
 
 
 def offset_mask(plant: Plant) -> Array:
-    """An offset of a moving ground's position changes nothing but the start state."""
+    """0 for inputs whose offset changes only the start state, 1 for others, shape (inputs,) [-]."""
     return jnp.asarray([0.0 if DERIVATIVES.get(p.quantity) == 0 else 1.0 for p in plant.inputs])
 
 
@@ -76,10 +76,20 @@ def _interval_values(plant: Plant, drive: Array, step: Array) -> tuple[Array, Ar
 
 
 def _rate_jumps(plant: Plant) -> bool:
-    """Whether the ground's rate, which laws feel, jumps from interval to interval."""
-    ground = ground_quantity(plant.inputs)
-    held = any(port.held for port in plant.inputs if port.quantity not in FORCES)
-    return ground == "position" or (ground == "velocity" and held)
+    """Whether a ground's rate, which laws feel, jumps from interval to interval."""
+    return any(
+        ground.kind == "position" or (ground.kind == "velocity" and plant.inputs[ground.index].held)
+        for ground in moved_grounds(plant.inputs)
+    )
+
+
+def _begin(plant: Plant, x0: Array, inputs: Array) -> Array:
+    """Start state with the grounds that are told by position where they begin."""
+    n = len(plant.mechanism.coordinates)
+    for ground in moved_grounds(plant.inputs):
+        if ground.kind == "position":
+            x0 = x0.at[2 * n + ground.state].add(inputs[0, ground.index])
+    return x0
 
 
 def march_rows(
@@ -99,10 +109,7 @@ def march_rows(
     drive = inputs + z[plant.slots["drive"]] * offset_mask(plant)
     first, last = _interval_values(plant, drive, step)
     matrices = make_step(space, step / substeps)
-    x0 = z[plant.slots["start"]]
-    if ground_quantity(plant.inputs) == "position":
-        index = next(i for i, port in enumerate(plant.inputs) if port.quantity not in FORCES)
-        x0 = x0.at[-1].add(inputs[0, index])
+    x0 = _begin(plant, z[plant.slots["start"]], inputs)
     law = _Laws(plant, space, acting)
     if law.rows == 0:
         return _march_linear(matrices, x0, first, last, substeps)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from .chain import Chain
+from .door import fault
 from .linear import Mechanism
 from .rig import Rig
-from .robot import MODELS_THAT_WORK, PARAMETERS, Robot
+from .robot import PARAMETERS, Robot
 
 
 def mechanism_of(rig: Rig) -> Mechanism:
@@ -18,15 +19,17 @@ def mechanism_of(rig: Rig) -> Mechanism:
         A static mechanism whose `names` are all in ``rig.parameters``.
 
     Raises:
-        ValueError: for a robot model or fidelity that cannot be simulated.
+        ValueError: for a fidelity that cannot be simulated.
     """
     if rig.kind == "chain":
         links = tuple((name, ends[0], ends[1]) for name, ends in rig.links.items())
         return Chain(tuple(rig.masses), links, rig.motion == "rotation")
-    if rig.model not in MODELS_THAT_WORK or rig.fidelity != "thesis":
-        found = f"model = {rig.model!r}, fidelity = {rig.fidelity!r}"
-        raise ValueError(
-            f"{rig.path.name}: [rig] model: expected one of {', '.join(MODELS_THAT_WORK)} in "
-            f"fidelity 'thesis', found {found}. Mend: choose one of these."
+    if rig.fidelity != "thesis":
+        raise fault(
+            rig.path,
+            "[rig] fidelity",
+            "'thesis', the small motions in the collet's frame that can be simulated",
+            f"'{rig.fidelity}'",
+            "write fidelity = 'thesis', or leave it out",
         )
     return Robot(rig.model, tuple(name for name in PARAMETERS if name in rig.parameters))

@@ -131,10 +131,11 @@ def respond(
     table = {name: np.array([value]) for name, value in numbers.items()}
     linear = exact_outputs(plan, table, drive, times)[0]
     n = len(mechanism.coordinates)
+    size = 2 * n + 2 * len(drive.joints)
     if not acting:
-        q, v, a, samples = np.split(_finite(linear), [n, 2 * n, 3 * n], axis=1)
+        q, v, _, a, samples = np.split(_finite(linear), [n, 2 * n, size, size + n], axis=1)
         return Motion(times, mechanism.coordinates, q, v, a, sensors, samples)
-    return _respond_with_laws(plan, numbers, drive, times, acting, linear[:, : 2 * n])
+    return _respond_with_laws(plan, numbers, drive, times, acting, linear[:, :size])
 
 
 def respond_batch(
@@ -173,7 +174,8 @@ def respond_batch(
     whole = {name: np.broadcast_to(value, (count,)) for name, value in named.items()}
     plan = plan_of(mechanism, drive, sensors)
     found = np.empty((count, len(times), len(sensors)))
-    tile = min(TILE, count)
+    edges = max((len(joint.edges) for joint in drive.joints), default=0)
+    tile = min(max(1, TILE // (1 + edges // 64)), count)
     for low in range(0, count, tile):
         chosen = np.minimum(np.arange(low, low + tile), count - 1)
         part = exact_outputs(
@@ -221,6 +223,11 @@ def _respond_with_laws(
     laws: tuple[Acting, ...],
     linear: np.ndarray,
 ) -> Motion:
+    if any(joint.leaps for joint in drive.joints):
+        raise ValueError(
+            "drive: expected a prescribed angle without leaps where laws act, found one that "
+            "leaps. Mend: give a profile, or a sine that ends with a half wave."
+        )
     mechanism, places = plan.mechanism, law_places(laws)
     plant = Plant(mechanism, plan.inputs, (), places)
     z = numbers_vector(plant, numbers)
@@ -235,12 +242,12 @@ def _respond_with_laws(
     states, forces, error, refinement = _refined(plant, z, drive, times, rounding)
     felt = np.concatenate([drive.sampled(times), forces], axis=1)
     n = len(mechanism.coordinates)
-    bend = states @ space["a"][n:].T + felt @ space["b"][n:].T
+    bend = states @ space["a"][n : 2 * n].T + felt @ space["b"][n : 2 * n].T
     samples = states @ space["c"].T + felt @ space["d"].T
+    q, v = states[:, :n], states[:, n : 2 * n]
     return Motion(
-        times, mechanism.coordinates, states[:, :n], states[:, n:], bend, plan.sensors, samples,
-        error, refinement,
-    )  # fmt: skip
+        times, mechanism.coordinates, q, v, bend, plan.sensors, samples, error, refinement
+    )
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2, 3))

@@ -8,8 +8,9 @@ from functools import cache, cached_property
 
 import numpy as np
 
+from .chain import DERIVATIVES
 from .law import Law, force_laws
-from .linear import Array, Mechanism, Port, ground_quantity
+from .linear import Array, Mechanism, Port, moved_grounds
 
 
 @dataclass(frozen=True)
@@ -60,11 +61,27 @@ class Plant:
             for (name, size), end in zip(sizes.items(), ends, strict=True)
         }
 
+    @cached_property
+    def marched(self) -> tuple[Port, ...]:
+        """The inputs as the march takes them: a joint that carries masses by its acceleration."""
+        joints = [
+            place
+            for place, along in zip(self.mechanism.grounds, self.mechanism.carried, strict=True)
+            if any(along)
+        ]
+        bend = "angular_acceleration"
+        return tuple(
+            replace(port, quantity=bend)
+            if port.place in joints and port.quantity in DERIVATIVES
+            else port
+            for port in self.inputs
+        )
+
     @property
     def n_states(self) -> int:
-        """Positions, velocities and the motion of the ground [-]."""
-        extra = {"": 0, "position": 1, "velocity": 1, "acceleration": 2}
-        return 2 * len(self.mechanism.coordinates) + extra[ground_quantity(self.inputs)]
+        """Positions, velocities and the motion of the grounds [-]."""
+        extra = sum(ground.n_states for ground in moved_grounds(self.marched))
+        return 2 * len(self.mechanism.coordinates) + extra
 
     @property
     def size(self) -> int:

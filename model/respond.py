@@ -15,12 +15,14 @@ from .delay import shift
 from .linear import Array, make_step
 from .march import ActingRows, acting_space, march_rows, offset_mask, space_of
 from .plant import Plant
+from .told import accelerated
 
 
 @partial(jax.jit, static_argnums=(0, 1))
 def _simulate(
     bare: Plant, substeps: int, z: Array, acting: ActingRows, inputs: Array, step: Array
 ) -> tuple[Array, Array, Array]:
+    bare, z, inputs = accelerated(bare, z, inputs, step)
     states, forces, defect = march_rows(bare, substeps, z, acting, inputs, step)
     space = acting_space(bare, z, acting)
     drive = inputs + z[bare.slots["drive"]] * offset_mask(bare)
@@ -67,9 +69,10 @@ def simulate(
 
     Returns:
         Shape (t, sensors + 1) [SI]; the last column is what the last Newton step still changed of
-        the law forces [N or N m], a measure of the integrator's success. Where the ground is
-        driven by its position, a sensor that feels the ground's rate reads the mean of the slopes
-        before and after the sample.
+        the law forces [N or N m], a measure of the integrator's success. Where a chain's
+        ground is driven by its position, a sensor that feels the ground's rate reads the mean of
+        the slopes before and after the sample; a robot's joint is driven smoothly, see
+        `supple.model.told`.
     """
     bare, strengths = _split(plant, z)
     acting = _acting(plant, strengths, widths)

@@ -18,9 +18,17 @@ MODELS = (
     "passive_wrist",
     "driven_arm",
 )
-"""The six models of the contract; see `MODELS_THAT_WORK` for those that can be simulated now."""
+"""The six models of the contract, in the order of the thesis."""
 
-MODELS_THAT_WORK = ("fixed_collet", "pinned_wrist")
+_DRIVEN = {
+    "driven_wrist": ("wrist",),
+    "passive_wrist": ("arm",),
+    "driven_arm": ("arm", "wrist"),
+}
+"""The joints whose angle is prescribed, by model; none in the others."""
+
+_CLUB = ("grip_displacement", "grip_angle", "clubhead_displacement")
+_TRANSLATIONS = ("position", "velocity", "acceleration")
 
 PLACES = ("clubhead", "grip", "collet", "wrist", "arm", "hand", "shaft", "sleeve", "base")
 
@@ -81,16 +89,33 @@ STRAIN_PER_BEND = 0.024
 
 @dataclass(frozen=True)
 class Robot:
-    """Club, grip, sleeve and collet, on a fixed collet or on a sprung, damped wrist.
+    """Club, grip, sleeve and collet, on a fixed collet, on a wrist, or on an arm that is moved.
 
-    Coordinates: collet angle (pinned wrist only) [rad], grip displacement and angle in the
-    collet's frame [m, rad], clubhead displacement in the collet's frame [m].
+    Coordinates: collet angle (all but the fixed collet) [rad], absolute also where an arm turns,
+    as in the thesis's eq. 40 and 41; grip displacement and angle in the collet's frame [m, rad];
+    clubhead displacement in the collet's frame [m]. Angles count from the line in which the arm
+    and the collet are aligned.
+
+    ============== ==================================================================== =========
+    model          what holds the collet                                                equations
+    ============== ==================================================================== =========
+    fixed_collet   it cannot move                                                       8-11
+    driven_collet  a torque turns it; no spring                                         22-25
+    pinned_wrist   the wrist's spring, to a pin at rest                                 30-36
+    driven_wrist   the wrist's spring, to a prescribed wrist angle                      37
+    passive_wrist  the wrist's spring, to an arm whose angle is prescribed              40
+    driven_arm     the wrist's spring, to the sum of prescribed arm and wrist angles    41
+    ============== ==================================================================== =========
+
+    Where an arm turns, the wrist's pivot moves by ``arm_length`` times its angle, and every mass
+    is carried along (the thesis's eq. 40 and 41 carry the collet's alone).
 
     Attributes:
-        model: one of `MODELS_THAT_WORK`.
+        model: one of `MODELS`.
         names: names of the numbers that it is made of, a subset of `PARAMETERS`.
 
-    Source: thesis eq. 8-10 and 30-37 in their symmetric form; tests/model/test_energies.py.
+    Source: the thesis's equations in their symmetric form; tests/model/test_energies.py,
+    tests/model/test_robot.py.
     """
 
     model: str = "fixed_collet"
@@ -98,13 +123,22 @@ class Robot:
 
     def turns(self, place: str) -> bool:
         """Whether `place` turns [rad] rather than moves [m]."""
-        return place in ("wrist", "collet", "hand")
+        return place in ("wrist", "collet", "hand", "arm")
 
     @property
     def coordinates(self) -> tuple[str, ...]:
         """Names of the generalized coordinates [m, rad]."""
-        club = ("grip_displacement", "grip_angle", "clubhead_displacement")
-        return club if self.model == "fixed_collet" else ("collet_angle", *club)
+        return _CLUB if self.model == "fixed_collet" else ("collet_angle", *_CLUB)
+
+    @property
+    def grounds(self) -> tuple[str, ...]:
+        """The joints whose angle is prescribed [rad], one a column after the coordinates."""
+        return _DRIVEN.get(self.model, ())
+
+    @property
+    def carried(self) -> tuple[tuple[float, ...], ...]:
+        """How far each coordinate starts moved along with each prescribed angle [1]."""
+        return ((1.0, 0.0, 0.0, 0.0),) * len(self.grounds)
 
     @property
     def springs(self) -> tuple[str, ...]:
@@ -117,31 +151,23 @@ class Robot:
         return dict.fromkeys(self.springs, "link")
 
     def rows(self, p: Mapping[str, Any], xp: Any = None) -> Rows:
-        """Rows of the energies; the last column (motion of the ground) is empty.
+        """Rows of the energies; the last columns are the prescribed angles, see `grounds`.
 
         Args:
             p: the robot's numbers by contract name [SI].
             xp: array namespace, jax.numpy by default.
 
         Returns:
-            Rows with ``len(coordinates) + 1`` columns; one spring row stands for the two
-            elements of a set.
+            Rows with a column for each coordinate and each prescribed angle; where none is
+            prescribed the last column is empty. One spring row stands for the two elements of a
+            set.
         """
         xp = xp or _jax_numpy()
-        point = _points(p)
-        zero = 0.0 * p["club_length"]
-        bodies = [
-            ([point.grip, 1.0, 0.0, 0.0], p["grip_mass"]),
-            ([1.0, 0.0, 1.0, 0.0], p["grip_inertia"]),
-            ([point.head, 0.0, 0.0, 1.0], p["clubhead_mass"]),
-        ]
-        if self.model != "fixed_collet":
-            bodies.append(([1.0, 0.0, 0.0, 0.0], p["collet_inertia"]))
-        springs = self._springs(p)
+        bodies, springs = self._bodies(p), self._springs(p)
         return Rows(
-            xp.asarray([self._row(row, zero) for row, _ in bodies]),
+            xp.asarray([row for row, _ in bodies]),
             xp.asarray([m for _, m in bodies]),
-            xp.asarray([self._row(row, zero) for _, row, _, _ in springs]),
+            xp.asarray([row for _, row, _, _ in springs]),
             xp.asarray([k for _, _, k, _ in springs]),
             xp.asarray([c for _, _, _, c in springs]),
         )
@@ -155,76 +181,116 @@ class Robot:
             xp: array namespace.
 
         Returns:
-            rows (m, coordinates + 1), stiffness (m,) [N/m or N m/rad], damping (m,) [N s/m or
-            N m s/rad].
+            rows (m, columns), stiffness (m,) [N/m or N m/rad], damping (m,) [N s/m or N m s/rad];
+            both zero at the wrist of a driven collet.
         """
         xp = xp or _jax_numpy()
-        zero = 0.0 * p["club_length"]
         here = [spring for spring in self._springs(p) if spring[0] == place]
         return (
-            xp.asarray([self._row(row, zero) for _, row, _, _ in here]),
+            xp.asarray([row for _, row, _, _ in here]),
             xp.asarray([k for _, _, k, _ in here]),
             xp.asarray([c for _, _, _, c in here]),
         )
 
     def force_row(self, place: str, p: Mapping[str, Any], xp: Any = None) -> Any:
         """Generalized force of a unit force (clubhead, grip) or torque (collet, wrist) [1 or m]."""
-        return self.sensor_row(place, "position", "absolute", p, xp)[:-1]
+        quantity = "angle" if self.turns(place) else "position"
+        row = self.sensor_row(place, quantity, "absolute", p, xp)
+        return row[: len(self.coordinates)]
 
     def sensor_row(self, place: str, quantity: str, frame: str, p: Any, xp: Any = None) -> Any:
-        """Row that turns coordinates into what a sensor at `place` sees, shape (n + 1,).
+        """Row that turns coordinates and prescribed angles into what a sensor at `place` sees.
 
         Args:
-            place: clubhead, grip, shaft, collet, wrist or hand.
+            place: clubhead, grip, shaft, collet, hand (the collet's angle), wrist (the collet's
+                angle against the arm) or arm; on an arm, a position at collet, hand or wrist is
+                that of the wrist's pivot.
             quantity: the contract's word; strain and deflection see the bend of the shaft.
-            frame: ``absolute``, or ``collet`` for motion relative to the collet.
+            frame: ``absolute``, or ``collet`` for motion relative to the collet as it turns, which
+                is what the thesis calls the relative motion.
             p: the robot's numbers by contract name [SI].
             xp: array namespace.
 
         Returns:
-            The row [1, m or 1/m].
+            The row, shape (columns,) [1, m or 1/m].
 
         Raises:
             ValueError: where that place has no such sensor in this model.
         """
         xp = xp or _jax_numpy()
-        point, zero = _points(p), 0.0 * p["club_length"]
+        point = _points(p)
         moving = 1.0 if frame == "absolute" else 0.0
+        on_arm, turned = "arm" in self.grounds, place in ("collet", "wrist", "hand")
+        pivot = moving * p["arm_length"] if on_arm else 0.0
         if quantity in ("strain", "deflection") and place in ("shaft", "clubhead"):
             scale = STRAIN_PER_BEND if quantity == "strain" else 1.0
-            row = [0.0, -scale, -scale * point.lever, scale]
+            row = self._row([0.0, -scale, -scale * point.lever, scale], p)
         elif place == "clubhead":
-            row = [moving * point.head, 0.0, 0.0, 1.0]
+            row = self._row([moving * point.head, 0.0, 0.0, 1.0], p, pivot)
         elif place == "grip" and quantity.startswith("ang"):
-            row = [moving, 0.0, 1.0, 0.0]
+            row = self._row([moving, 0.0, 1.0, 0.0], p)
         elif place in ("grip", "shaft"):
-            row = [moving * point.grip, 1.0, 0.0, 0.0]
-        elif place in ("collet", "wrist", "hand") and self.model != "fixed_collet":
-            row = [1.0, 0.0, 0.0, 0.0]
+            row = self._row([moving * point.grip, 1.0, 0.0, 0.0], p, pivot)
+        elif turned and quantity in _TRANSLATIONS and on_arm:
+            row = self._row([0.0] * 4, p, p["arm_length"])
+        elif turned and quantity not in _TRANSLATIONS and self.model != "fixed_collet":
+            row = self._row([1.0, 0.0, 0.0, 0.0], p, -1.0 if place == "wrist" else 0.0)
+        elif place == "arm" and quantity not in _TRANSLATIONS and on_arm:
+            row = self._row([0.0] * 4, p, 1.0)
         else:
             raise ValueError(
                 f"sensor at {place!r}: expected a place that moves in model {self.model!r} "
                 f"(clubhead, grip, shaft), found {place!r} with quantity {quantity!r}. "
                 "Mend: name another place, or a model whose collet turns."
             )
-        return xp.asarray(self._row(row, zero))
+        return xp.asarray(row)
+
+    def _bodies(self, p: Mapping[str, Any]) -> list[tuple[list[Any], Any]]:
+        """Velocity row of each inertia, and the inertia."""
+        point, collet = _points(p), p["collet_inertia"]
+        pivot = p["arm_length"] if "arm" in self.grounds else 0.0
+        bodies = [
+            (self._row([point.grip, 1.0, 0.0, 0.0], p, pivot), p["grip_mass"]),
+            (self._row([1.0, 0.0, 1.0, 0.0], p), p["grip_inertia"]),
+            (self._row([point.head, 0.0, 0.0, 1.0], p, pivot), p["clubhead_mass"]),
+        ]
+        if "arm" in self.grounds:
+            mass, center = p["collet_mass"], p["collet_centre"]
+            bodies.append((self._row([center, 0.0, 0.0, 0.0], p, pivot), mass))
+            collet = collet - mass * center * center  # about its mass centre
+        if self.model != "fixed_collet":
+            bodies.append((self._row([1.0, 0.0, 0.0, 0.0], p), collet))
+        return bodies
 
     def _springs(self, p: Mapping[str, Any]) -> list[tuple[str, list[Any], Any, Any]]:
         half = p["sleeve_spacing"] / 2
         lever = _points(p).lever
         springs = [
-            ("sleeve", [0.0, 1.0, -half, 0.0], *_pair(p, "upper")),
-            ("sleeve", [0.0, 1.0, half, 0.0], *_pair(p, "lower")),
-            ("shaft", [0.0, -1.0, -lever, 1.0], p["shaft_stiffness"], p["shaft_damping"]),
+            ("sleeve", self._row([0.0, 1.0, -half, 0.0], p), *_pair(p, "upper")),
+            ("sleeve", self._row([0.0, 1.0, half, 0.0], p), *_pair(p, "lower")),
+            (
+                "shaft",
+                self._row([0.0, -1.0, -lever, 1.0], p),
+                p["shaft_stiffness"],
+                p["shaft_damping"],
+            ),
         ]
         if self.model != "fixed_collet":
-            wrist = [1.0, 0.0, 0.0, 0.0]
-            springs.append(("wrist", wrist, p["wrist_stiffness"], p["wrist_damping"]))
+            none = 0.0 * p["club_length"]
+            held = self.model != "driven_collet"
+            k, c = (p["wrist_stiffness"], p["wrist_damping"]) if held else (none, none)
+            springs.append(("wrist", self._row([1.0, 0.0, 0.0, 0.0], p, -1.0, -1.0), k, c))
         return springs
 
-    def _row(self, row: list[Any], zero: Any) -> list[Any]:
+    def _row(
+        self, row: list[Any], p: Mapping[str, Any], arm: Any = 0.0, wrist: Any = 0.0
+    ) -> list[Any]:
+        """A row over the coordinates that there are, then over the prescribed angles."""
+        zero = 0.0 * p["club_length"]
         kept = row[1:] if self.model == "fixed_collet" else row
-        return [value + zero for value in [*kept, 0.0]]
+        moved = {"arm": arm, "wrist": wrist}
+        last = [moved[joint] for joint in self.grounds] or [0.0]
+        return [value + zero for value in [*kept, *last]]
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from .engine import start_engine
 
 if TYPE_CHECKING:
+    from ..model.drive_file import DriveSpec
     from ..model.linear import Mechanism, Port
     from ..model.motion import Motion
     from ..model.rig import Rig
@@ -85,7 +86,7 @@ def simulate_rig(
         "laws_passed_over": _passed_over(rig, forced),
         "error": None if np.isinf(motion.error) else motion.error,
         "columns": {name: _seen(values, units[name]) for name, values in columns.items()},
-        "provenance": _provenance(rig, spec.path, spec.sha256, seed, began),
+        "provenance": _provenance(rig, spec, seed, began),
     }
     return result, motion.status == CONVERGED
 
@@ -151,7 +152,10 @@ def sensor_quantities(rig: Rig, mechanism: Mechanism) -> dict[str, tuple[str, ..
     found: dict[str, tuple[str, ...]]
     found = {"clubhead": (*MOVES, *bend), "grip": (*MOVES, *TURNS), "shaft": bend}
     if "collet_angle" in mechanism.coordinates:
-        found |= {"collet": TURNS, "wrist": TURNS, "hand": TURNS}
+        on_arm = "arm" in mechanism.grounds
+        seen = (*TURNS, *MOVES) if on_arm else TURNS
+        found |= {"collet": seen, "wrist": seen, "hand": seen}
+        found |= {"arm": TURNS} if on_arm else {}
     return found
 
 
@@ -187,10 +191,13 @@ def _passed_over(rig: Rig, forced: list[dict[str, Any]]) -> list[dict[str, str]]
     return [law for law in listed if (law["law"], law["place"]) not in used]
 
 
-def _provenance(rig: Rig, drive: Path, sha256: str, seed: int, began: float) -> dict[str, Any]:
+def _provenance(rig: Rig, spec: DriveSpec, seed: int, began: float) -> dict[str, Any]:
     from .. import __version__
+    from ..model.door import sha256_of
 
-    inputs = {str(rig.path): rig.sha256, str(drive): sha256}
+    inputs = {str(rig.path): rig.sha256, str(spec.path): spec.sha256}
+    if spec.file is not None:
+        inputs[str(spec.file)] = sha256_of(spec.file.read_bytes())
     seconds = round(time.perf_counter() - began, 3)
     return {"version": __version__, "inputs": inputs, "seed": seed, "seconds": seconds}
 

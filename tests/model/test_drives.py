@@ -144,13 +144,126 @@ def test_what_cannot_be_simulated_is_refused(name: str, tmp_path: Path):
     assert ", found " in said and " Mend: " in said and "\n" not in said
 
 
-def test_a_swing_names_the_models_that_work(tmp_path: Path):
-    (tmp_path / "profile.csv").write_text("time,arm_angle,wrist_angle\n0,0,0\n")
-    with pytest.raises(ValueError, match=r"fixed_collet and pinned_wrist, found 'swing'"):
-        read('kind = "swing"\nfile = "profile.csv"\n', tmp_path)
+ARMED, DRIVEN = Robot("driven_arm"), Robot("driven_wrist")
+SWING = 'kind = "swing"\nfile = "profile.csv"\n'
+SINE = 'kind = "wrist"\nshape = "sine"\namplitude = 0.3\nperiod = 0.4\n'
+
+
+def profile(folder: Path, start: float = 0.0, end: float = 0.8, rows: int = 33) -> np.ndarray:
+    """A swing from rest to rest, with a column that no model knows."""
+    times = np.linspace(start, end, rows)
+    part = (times - start) / (end - start)
+    lift = part - np.sin(2 * np.pi * part) / (2 * np.pi)
+    table = np.stack([times, np.pi * lift - 3.0, 1.6 * lift - 1.6, 0.0 * lift], axis=1)
+    names = "time,arm_angle,wrist_angle,grip_angle"
+    text = "\n".join([names, *(",".join(map(repr, row)) for row in table.tolist())])
+    (folder / "profile.csv").write_text(text + "\n", encoding="utf-8")
+    return table
+
+
+def test_a_swing_passes_through_its_profile_and_rests_behind_it(tmp_path: Path):
+    table = profile(tmp_path)
+    drive = read(SWING + "impact = { force = -1000.0, time = 0.6 }\n", tmp_path, ARMED)
+    assert [joint.joint for joint in drive.joints] == ["arm", "wrist"]
+    for column, joint in enumerate(drive.joints, 1):
+        np.testing.assert_allclose(joint.at(table[:, 0])[:, 0], table[:, column], atol=1e-12)
+        np.testing.assert_allclose(joint.at(np.array([0.95]))[0], [table[-1, column], 0, 0])
+    assert (drive.edges, drive.levels) == (pytest.approx((0.6, 0.6005)), (-1000.0, 0.0))
+    ports = [(port.place, port.quantity) for port in drive.ports]
+    bend = "angular_acceleration"
+    assert ports == [("clubhead", "force"), ("arm", bend), ("wrist", bend)]
+    assert drive.sampled(np.arange(10) / 10).shape == (10, 3)
+    passive = read(SWING, tmp_path, Robot("passive_wrist"))
+    assert passive.joints == drive.joints[:1] and passive.port is None
+    later = read(SWING + "start = 0.1\n", tmp_path, ARMED)
+    np.testing.assert_allclose(
+        later.joints[0].at(np.array([0.05, 0.5]))[:, 0],
+        drive.joints[0].at(np.array([-0.0, 0.4]))[:, 0],
+    )
+    wrist = read('kind = "wrist"\nfile = "profile.csv"\n', tmp_path, DRIVEN)
+    assert wrist.joints == drive.joints[1:]
+
+
+def test_a_wrist_follows_a_shape(tmp_path: Path):
+    at = np.array([0.0, 0.05, 0.2, 0.4, 0.75, 0.85])
+    sine = read(SINE + "start = 0.1\nduration = 0.6\n", tmp_path, DRIVEN).joints[0]
+    inside = (at >= 0.1) & (at < 0.7)
+    wanted = np.where(inside, 0.3 * np.sin(5 * np.pi * (at - 0.1)), 0.0)
+    np.testing.assert_allclose(sine.at(at)[:, 0], wanted, atol=1e-12)
+    wanted = np.where(inside, -0.3 * (5 * np.pi) ** 2 * np.sin(5 * np.pi * (at - 0.1)), 0.0)
+    np.testing.assert_allclose(sine.at(at)[:, 2], wanted, atol=1e-9)
+    square = read(SINE.replace("sine", "square"), tmp_path, DRIVEN).joints[0]
+    np.testing.assert_array_equal(square.at(at)[:, 0], [0.3, 0.3, -0.3, 0.3, -0.3, 0.3])
+    assert square.leaps and not sine.leaps
+
+
+@pytest.mark.parametrize(("start", "end"), [(-0.5, 0.5), (0.2, 2.0), (-0.5, 2.0), (0.0, 1.0)])
+def test_a_profile_that_begins_early_or_ends_late_is_cut(start, end, tmp_path: Path):
+    table = profile(tmp_path, start, end)
+    for joint, column in zip(read(SWING, tmp_path, ARMED).joints, (1, 2)):
+        inside = table[(table[:, 0] >= 0) & (table[:, 0] < 1.0)]
+        np.testing.assert_allclose(joint.at(inside[:, 0])[:, 0], inside[:, column], atol=1e-12)
+        assert all(0.0 <= edge < 1.0 for edge in joint.edges)
+        times = np.linspace(max(start, 0.0) + 0.01, min(end, 1.0) - 0.02, 7)
+        slopes = (joint.at(times + 1e-5)[:, :2] - joint.at(times - 1e-5)[:, :2]) / 2e-5
+        np.testing.assert_allclose(slopes, joint.at(times)[:, 1:], rtol=1e-5, atol=1e-5)
+
+
+BAD_JOINTS = {
+    "a wrist that is not driven": (SINE, PINNED, "drive.toml: [drive] kind"),
+    "an arm that is not there": (SWING, DRIVEN, "drive.toml: [drive] kind"),
+    "a chain": (SINE, LINE, "drive.toml: [drive] kind"),
+    "another place": (SINE + 'place = "arm"\n', ARMED, "drive.toml: [drive] place"),
+    "too late": (SINE + "start = 2.0\n", DRIVEN, "drive.toml: [drive] start"),
+    "too fast": (SINE.replace("0.4", "1e-6"), DRIVEN, "drive.toml: [drive] period"),
+    "a ball after the end": (
+        SWING + "impact = { force = 1.0, time = 1.0 }\n", ARMED, "drive.toml: [drive] impact time",
+    ),
+    "a profile after the end": (SWING + "start = 0.99\n", ARMED, ""),
+    "both": (SINE + 'file = "profile.csv"\n', DRIVEN, "drive.toml: [drive]"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD_JOINTS)
+def test_a_joint_that_cannot_be_driven_is_refused(name: str, tmp_path: Path):
+    text, mechanism, at = BAD_JOINTS[name]
+    profile(tmp_path, 0.02)
+    with pytest.raises(ValueError) as raised:
+        read(text, tmp_path, mechanism)
+    said = str(raised.value)
+    assert f"{at}: expected " in said if at else "profile.csv" in said
+    assert ", found " in said and " Mend: " in said and "\n" not in said
+
+
+PROFILES = {
+    "no header": ("0.0,0.0\n1.0,1.0\n", "header"),
+    "another column": ("time,arm_angle\n0,0\n1,0\n", "header"),
+    "one row": ("time,wrist_angle\n0,0\n", "at least two rows"),
+    "empty": ("", "header"),
+    "text": ("time,wrist_angle\n0,0\n1,fast\n", "line 3, column 'wrist_angle'"),
+    "a gap": ("time,wrist_angle\n0,0\n1,\n", "line 3, column 'wrist_angle'"),
+    "a short row": ("time,wrist_angle\n0,0\n1\n", "line 3, column 'wrist_angle'"),
+    "infinity": ("time,wrist_angle\n0,0\n1,inf\n", "line 3, column 'wrist_angle'"),
+    "time that stands still": ("time,wrist_angle\n0,0\n\n1,0\n1,0\n", "line 5, column 'time'"),
+    "cut off while it moves": ("time,wrist_angle\n0,0\n0.2,0.5\n0.5,1.5\n", "rests where it ends"),
+    "begun in motion": ("time,wrist_angle\n0.1,0\n0.2,0.5\n2.0,1.5\n", "rests where it begins"),
+}
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_a_profile_at_fault_is_refused(name: str, tmp_path: Path):
+    text, words = PROFILES[name]
+    (tmp_path / "profile.csv").write_text(text)
+    with pytest.raises(ValueError) as raised:
+        read('kind = "wrist"\nfile = "profile.csv"\n', tmp_path, DRIVEN)
+    said = str(raised.value)
+    assert "profile.csv: " in said and words in said
+    assert "expected " in said and ", found " in said and " Mend: " in said and "\n" not in said
 
 
 def test_places():
     assert drive_places(FIXED) == ("clubhead", "grip")
     assert drive_places(PINNED) == ("clubhead", "grip", "collet", "wrist", "hand")
+    for model in ("driven_collet", "driven_wrist", "passive_wrist", "driven_arm"):
+        assert drive_places(Robot(model)) == drive_places(PINNED)
     assert drive_places(LINE) == ("a", "b", "s1", "s2")

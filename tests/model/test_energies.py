@@ -16,7 +16,7 @@ from supple.model.energies import (
 )
 from supple.model.linear import Port, state_space
 from supple.model.robot import PARAMETERS, PRESETS, Robot
-from tests.reference.thesis_fixed_collet import (
+from tests.reference.thesis_models import (
     Club,
     equation_11,
     equation_36,
@@ -77,6 +77,9 @@ def club(p: dict[str, float]) -> Club:
         c_sh=p["shaft_damping"],
         k_w=p["wrist_stiffness"],
         c_w=p["wrist_damping"],
+        m_col=p["collet_mass"],
+        l_col=p["collet_centre"],
+        l_arm=p["arm_length"],
     )
 
 

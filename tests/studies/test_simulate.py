@@ -85,6 +85,59 @@ def test_an_impact_on_the_robot(tmp_path: Path, capsys: pytest.CaptureFixture[st
     np.testing.assert_allclose(acceleration[0], -1600.0 / 0.20277, rtol=1e-9)
 
 
+SINE = '[drive]\nkind = "wrist"\nshape = "sine"\namplitude = 1.0\nperiod = 1.0\n' + TIMES
+TORQUE = (
+    '[drive]\nkind = "torque"\nshape = "square"\namplitude = 3.41\nperiod = 1.0\nduration = 1.0\n'
+    + TIMES
+)
+SWUNG = (
+    '[drive]\nkind = "swing"\nfile = "profile.csv"\n'
+    "impact = { force = -1000.0, time = 0.8, duration = 0.0005 }\n" + TIMES
+)
+SIX = {
+    "fixed_collet": PULSE,
+    "driven_collet": TORQUE,
+    "pinned_wrist": PULSE,
+    "driven_wrist": SINE,
+    "passive_wrist": SWUNG,
+    "driven_arm": SWUNG,
+}
+
+
+@pytest.mark.parametrize("model", SIX)
+def test_each_of_the_six_models_moves_under_its_drive(
+    model: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    part = np.linspace(0.0, 1.0, 101)
+    lift = part - np.sin(2 * np.pi * part) / (2 * np.pi)
+    rows = np.stack([1.2 * part, np.pi * lift - np.pi, 1.6 * lift - 1.6], axis=1)
+    lines = [",".join(map(repr, row)) for row in rows.tolist()]
+    (tmp_path / "profile.csv").write_text("\n".join(["time,arm_angle,wrist_angle", *lines]))
+    called = write(tmp_path, ROBOT.replace("pinned_wrist", model), SIX[model])
+    sensors = ["clubhead:acceleration:collet"]
+    if "arm" in model or model == "passive_wrist":
+        sensors += ["arm:angle:absolute", "wrist:angle:absolute", "hand:acceleration:absolute"]
+    asked = [word for sensor in sensors for word in ("--sensor", sensor)]
+    assert cli.main([*called, *asked, "--out", str(tmp_path), "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert (result["status"], result["model"]) == ("converged", model)
+    named = [Path(name).name for name in result["provenance"]["inputs"]]
+    assert ("profile.csv" in named) == (SIX[model] is SWUNG)
+    moved = table(tmp_path / "motion.csv")
+    assert np.ptp(moved["clubhead_displacement"]) > 1e-3
+    assert ("collet_angle" in moved) == (model != "fixed_collet")
+    if "arm:angle:absolute" in moved:
+        arm = np.interp(moved["time"], rows[:, 0], rows[:, 1])
+        np.testing.assert_allclose(moved["arm:angle:absolute"], arm, atol=1e-3)
+        turned = moved["collet_angle"] - moved["arm:angle:absolute"]
+        np.testing.assert_allclose(moved["wrist:angle:absolute"], turned, atol=1e-12)
+        held = rows[0, 2] if model == "driven_arm" else 0.0
+        assert moved["wrist:angle:absolute"][0] == pytest.approx(held)
+        assert result["columns"]["hand:acceleration:absolute"]["unit"] == "m/s^2"
+    if model == "driven_collet":
+        assert np.degrees(moved["collet_angle"][-1]) == pytest.approx(180.0, abs=2.0)
+
+
 def test_the_laws_of_an_extended_rig_are_in_force(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -114,13 +167,11 @@ def test_what_does_not_settle_is_not_trusted(
     assert len(table(tmp_path / "motion.csv")["time"]) == 200
 
 
-SWING = '[drive]\nkind = "wrist"\nshape = "sine"\namplitude = 1.0\nperiod = 1.0\n' + TIMES
 LATE = PULSE.replace("force", "start = 5.0\nforce")
 BAD = {
     "no rig": (None, PULSE, "rig.toml"),
-    "a drive of a later model": (ROBOT, SWING, "drive.toml: [drive] kind"),
-    "a later model": (ROBOT.replace("pinned", "driven"), PULSE, "rig.toml: [rig] model"),
-    "a later fidelity": (ROBOT + 'fidelity = "planar"\n', PULSE, "rig.toml: [rig] model"),
+    "a drive of another model": (ROBOT, SINE, "drive.toml: [drive] kind"),
+    "a later fidelity": (ROBOT + 'fidelity = "planar"\n', PULSE, "rig.toml: [rig] fidelity"),
     "an impact on nothing": (CHAIN, PULSE, "drive.toml: [drive] place"),
     "an impact after the end": (ROBOT, LATE, "drive.toml: [drive] start"),
     "an impact without force": (

@@ -33,6 +33,9 @@ class Club:
     c_sh: float
     k_w: float
     c_w: float
+    m_col: float
+    l_col: float
+    l_arm: float
 
     @property
     def a(self) -> float:
@@ -74,8 +77,8 @@ def equation_11(t: Club) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray
     return mass, damping, stiffness, np.array([0.0, 0.0, 1.0])
 
 
-def equation_36(t: Club) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """M, C, K and right side of lines 1448 (M), 1449 (C), 1451 (K) and 1452 (right side), eq. 36.
+def _newton_euler(t: Club) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """M, C, K of lines 1448 (M), 1449 (C), 1451 (K): eq. 36, and the same again in eq. 37.
 
     Columns (theta_col, x_G, theta_G, x_cl); rows in the printed order: collet, rotation of the
     grip, translation of the grip, clubhead.
@@ -107,4 +110,64 @@ def equation_36(t: Club) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray
 
     damping = matrix(t.c_w, t.c1, t.c2, t.c_sh)
     stiffness = matrix(t.k_w, t.k1, t.k2, t.k_sh)
+    return mass, damping, stiffness
+
+
+def equations_22_to_25(t: Club) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """M, C, K and the torque's column of lines 1277 (eq. 22) to 1283 (eq. 25), as printed.
+
+    Columns and rows as in eq. 36. The stiffness of eq. 24 (line 1281) has ``k_1 d + k_2 d``; its
+    damping has ``c_2 d - c_1 d``, as it should be.
+    """
+    mass, damping, stiffness = _newton_euler(t)
+    damping[0, 0] = stiffness[0, 0] = 0.0  # no wrist spring
+    stiffness[2, 2] = t.k1 * t.d + t.k2 * t.d + t.k_sh * t.a  # line 1281
+    return mass, damping, stiffness, np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def equations_32_to_35(t: Club) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """M, C, K and right side of lines 1437 (eq. 32) to 1443, with the sign of eq. 32 as printed.
+
+    Line 1437 subtracts ``x_G (2 k_1 l_1 - 2 k l_2 ...)``, read with the bracket closed and k = k_2.
+    """
+    mass, damping, stiffness = _newton_euler(t)
+    damping[0, 1] = -(2 * t.c1 * t.l1 - 2 * t.c2 * t.l2)
+    stiffness[0, 1] = -(2 * t.k1 * t.l1 - 2 * t.k2 * t.l2)
     return mass, damping, stiffness, np.array([0.0, 0.0, 0.0, 1.0])
+
+
+def equation_36(t: Club) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """M, C, K and right side (line 1452) of eq. 36."""
+    return *_newton_euler(t), np.array([0.0, 0.0, 0.0, 1.0])
+
+
+def equation_37(t: Club) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """M, C, K and right side of eq. 37: columns for theta_w' and theta_w (line 1531)."""
+    right = np.zeros((4, 2))
+    right[0] = t.c_w, t.k_w
+    return *_newton_euler(t), right
+
+
+def equation_39(t: Club, centroid_inertia: float) -> tuple[float, float]:
+    """Coefficients of theta_col'' and theta_arm'' in line 1593 (eq. 39).
+
+    ``centroid_inertia`` is the printed I-bar; the first coefficient is what eq. 36 calls I_col.
+    """
+    return centroid_inertia + t.m_col * t.l_col * t.l_col, t.m_col * t.l_col * t.l_arm
+
+
+def equation_40(t: Club) -> np.ndarray:
+    """Right side of line 1597 (eq. 40): columns for theta_a'', theta_a', theta_a."""
+    right = np.zeros((4, 3))
+    right[0] = -t.l_arm * t.l_col * t.m_col, t.c_w, t.k_w
+    return right
+
+
+def equation_41(t: Club, l_w: float) -> np.ndarray:
+    """Right side of line 1629 (eq. 41): theta_a'', theta_a' + theta_w', theta_a + theta_w.
+
+    ``l_w`` is printed where eq. 40 has l_col, and is defined nowhere.
+    """
+    right = np.zeros((4, 3))
+    right[0] = -t.l_arm * l_w * t.m_col, t.c_w, t.k_w
+    return right

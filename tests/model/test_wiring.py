@@ -1,0 +1,61 @@
+"""Laws in force are data: which rows, how strong; any place and any pair share one program."""
+
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from supple.model import respond
+from supple.model.linear import Port
+from supple.model.plant import Plant, numbers_vector
+from supple.model.respond import simulate
+from tests.model.test_respond import COUNT, PAIR, PAIR_NUMBERS, STEP
+
+
+def programs() -> int:
+    """How many programs of the march are compiled."""
+    march: Any = respond._simulate
+    return march._cache_size()
+
+
+def test_laws_at_any_place_share_one_program():
+    """Which rows are in force is data: another place, or a second law, is not compiled anew."""
+    sensors = (Port("b", "position"),)
+    inputs, widths = np.zeros((COUNT, 0)), np.array([[1e-3, 0.05]])
+    found = {}
+    for place in ("left", "mid"):
+        plant = Plant(PAIR, (), sensors, (place,))
+        z = numbers_vector(plant, PAIR_NUMBERS)
+        z[plant.slots["start"]] = [0.1, -0.2, 0.0, 0.3]
+        names = [law.name for _, law in plant.laws]
+        z[plant.slots["strengths"].start + names.index("cubic_stiffness")] = 900.0
+        found[place] = np.asarray(
+            simulate(plant, 2, z, jnp.asarray(inputs), jnp.asarray(STEP), widths)
+        )[:, 0]
+        assert plant.wiring.select.sum() == 1.0
+    before = programs()
+    plant = Plant(PAIR, (), sensors, ("mid",))
+    z = numbers_vector(plant, PAIR_NUMBERS)
+    simulate(plant, 2, z, jnp.asarray(inputs), jnp.asarray(STEP), widths)
+    assert programs() == before
+
+    def rates(_: float, y: np.ndarray, place: str) -> np.ndarray:
+        stretch = {"left": y[0], "mid": y[1] - y[0]}
+        speed = {"left": y[2], "mid": y[3] - y[2]}
+        force = {
+            name: PAIR_NUMBERS[f"links.{name}.stiffness"] * stretch[name]
+            + PAIR_NUMBERS[f"links.{name}.damping"] * speed[name]
+            + (900.0 * stretch[name] ** 3 if name == place else 0.0)
+            for name in ("left", "mid")
+        }
+        bend = [(force["mid"] - force["left"]) / 1.5, -force["mid"] / 0.5]
+        return np.array([y[2], y[3], *bend])
+
+    times = np.arange(COUNT) * STEP
+    for place, ours in found.items():
+        run = solve_ivp(
+            rates, (0, times[-1]), [0.1, -0.2, 0.0, 0.3], t_eval=times, rtol=1e-9, atol=1e-12,
+            args=(place,),
+        )  # fmt: skip
+        assert np.max(np.abs(ours - run.y[1])) < 2e-3 * np.max(np.abs(run.y[1]))
