@@ -142,12 +142,10 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
     count = len(times)
     padded = bucket(count)
     columns = [_on_grid(channel, times) for channel in record.inputs]
-    inputs = np.zeros((padded, len(columns)))
-    for index, column in enumerate(columns):
-        inputs[:count, index] = column
-        inputs[count:, index] = column[-1]
-    sensors = tuple(_sensor(channel, times, rate, padded) for channel in responses)
     ports = tuple(Port(c.place, c.quantity, held=c.held) for c in record.inputs)
+    told = np.stack(columns, axis=1) if columns else np.zeros((count, 0))
+    inputs = _continued(told, ports, padded)
+    sensors = tuple(_sensor(channel, times, rate, padded) for channel in responses)
     first = sensors[0].values
     free = not any(np.ptp(column) > 0 for column in columns)
     frequency = glance(first, sensors[0].channel.sample_rate).frequency
@@ -186,12 +184,23 @@ def prepare_all(
     return tuple(_with_forces(prepared, sorted(forces)) for prepared in found)
 
 
+def _continued(inputs: np.ndarray, ports: tuple[Port, ...], count: int) -> np.ndarray:
+    """Inputs on a longer grid: they stay at their last value, and positions go on as they went.
+
+    A position that stopped dead would be a kink, which reaches back into the last samples.
+    """
+    more = np.arange(1, count - len(inputs) + 1)
+    moves = [DERIVATIVES.get(port.quantity) == 0 for port in ports]
+    slope = np.where(moves, inputs[-1] - inputs[-2], 0.0) if moves else np.zeros(0)
+    return np.concatenate([inputs, inputs[-1] + more[:, None] * slope])
+
+
 def _padded(prepared: Prepared, count: int) -> Prepared:
-    """The record on a longer grid: every input stays at its last value."""
+    """The record on a longer grid."""
     more = count - len(prepared.inputs)
     if not more:
         return prepared
-    inputs = np.concatenate([prepared.inputs, np.repeat(prepared.inputs[-1:], more, axis=0)])
+    inputs = _continued(prepared.inputs, prepared.ports, count)
     sensors = []
     for sensor in prepared.sensors:
         sampling = sensor.sampling
@@ -344,8 +353,7 @@ def shortened(prepared: Prepared, count: int) -> Prepared:
     if prepared.count <= count:
         return prepared
     padded = bucket(count)
-    inputs = prepared.inputs[:count]
-    inputs = np.concatenate([inputs, np.repeat(inputs[-1:], padded - count, axis=0)])
+    inputs = _continued(prepared.inputs[:count], prepared.ports, padded)
     sensors = []
     for sensor in prepared.sensors:
         keep = int(np.sum(sensor.times <= (count - 4) * prepared.step))

@@ -223,6 +223,16 @@ def test_records_with_and_without_a_drive_share_one_plant(tmp_path):
     assert brief.count < alone.count
 
 
+def test_a_moving_ground_moves_on_beyond_its_record(tmp_path):
+    free = lay_out(tmp_path)
+    values = np.linspace(0.0, 0.3, len(free.responses[0].values))
+    moved = replace(free.responses[0], name="ground", role="input", place="ground", values=values)
+    record = replace(free, channels=(*free.channels, moved), start={})
+    found = prepared(record)
+    beyond = found.inputs[found.count - 2 :, 0]
+    assert len(beyond) > 4 and np.ptp(np.diff(beyond)) < 1e-12 < np.diff(beyond)[0]
+
+
 def cut(channel: Channel, count: int) -> Channel:
     """The first `count` samples of a channel."""
     return replace(channel, values=channel.values[:count])
