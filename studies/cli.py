@@ -253,6 +253,45 @@ def coupon(
     finish(Session(out, seed, as_json, quiet), result, "sleeve.json", show_coupon, trusted)
 
 
+@command
+def sweep(
+    spec: Annotated[Path, typer.Argument(metavar="SPEC", help="What to sweep, a TOML file.")],
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Simulate and score every design of a grid; take up a run that was killed."""
+    from .engine import progress_of
+    from .sweep import show_map, sweep_spec
+
+    session = Session(out, seed, as_json, quiet)
+    progress = progress_of(session.talks)
+    result, trusted = sweep_spec(
+        spec, out, seed, lambda done, tiles: progress(f"tile {done} of {tiles}")
+    )
+    progress("")
+    finish(replace(session, out=None), result, "map.json", show_map, trusted)
+
+
+@command
+def clubhead(
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILE...", help="Sidecars of swings of markers, or their tables."),
+    ],
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Turn markers on a club into its angles, path, speed and point of impact."""
+    from .clubhead import clubhead_files, show_clubhead
+
+    result, trusted = clubhead_files(files, out, seed)
+    finish(Session(out, seed, as_json, quiet), result, "clubhead.json", show_clubhead, trusted)
+
+
 @study_app.callback(invoke_without_command=True)
 def study(context: typer.Context) -> None:
     """List and run studies: one question, one answer each."""

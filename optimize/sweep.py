@@ -1,0 +1,395 @@
+"""The map: every design of a grid simulated exactly, tile by tile, with its scores and its mode."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..model.drives import Drive
+from ..model.energies import mass_matrix
+from ..model.linear import Mechanism, Port
+from ..model.motion import respond_batch
+from . import sweep_scores as score
+from .sweep_tile import (
+    Grid,
+    Tile,
+    dominant_mode,
+    doubtful,
+    lowest_bins,
+    samples,
+    tile_of,
+)
+
+TILE = 512
+"""Designs of one tile at most [-]: what a kill can lose, and what is compiled once."""
+
+TILE_BYTES = 64e6
+"""Samples of one tile take at most this much [byte]."""
+
+CHUNK_SAMPLES = 2**17
+"""Samples that are worked on together, so that they stay near the processor [-]."""
+
+BINS = 16
+"""First bins of the spectrum, among which the largest is looked for at first [-]."""
+
+ALIKE = 0.5
+"""Squared cosine between the shapes of neighbors below which their mode is another one [-]."""
+
+GRIP = Port("grip", "position", "collet")
+"""What a grip's peak displacement is read from [m]."""
+
+SHAPE = "dominant_shape"
+MODE_FIELDS = ("dominant_frequency", "dominant_damping_ratio")
+MARKS = ("overdamped", "mode_changes")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One parameter and the values that it takes.
+
+    Attributes:
+        name: the rig's name of the parameter.
+        values: shape (n,) [SI].
+        unit: of the values, as text.
+    """
+
+    name: str
+    values: np.ndarray
+    unit: str = "1"
+
+
+@dataclass(frozen=True)
+class SweepTask:
+    """What is asked of a grid.
+
+    Attributes:
+        mechanism: a linear chain or robot.
+        numbers: its numbers by name [SI]; those of the axes are passed over.
+        drive: what moves every design.
+        times: uniform samples from 0 on, at least two, shape (t,) [s].
+        window: first and last time that count [s].
+        sensor: what is scored.
+        scores: names out of `supple.optimize.sweep_scores.SCORES`.
+        axes: the grid; the last axis runs fastest.
+    """
+
+    mechanism: Mechanism
+    numbers: Mapping[str, float]
+    drive: Drive
+    times: np.ndarray
+    window: tuple[float, float]
+    sensor: Port
+    scores: tuple[str, ...]
+    axes: tuple[Axis, ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Designs along each axis [-]."""
+        return tuple(len(axis.values) for axis in self.axes)
+
+    @property
+    def count(self) -> int:
+        """Designs in all [-]."""
+        return int(np.prod(self.shape))
+
+    @property
+    def tile(self) -> int:
+        """Designs of one tile [-]."""
+        most = max(1, int(TILE_BYTES / (8 * len(self.times))))
+        return min(TILE, most, self.count)
+
+    @property
+    def tiles(self) -> int:
+        """Tiles in all [-]."""
+        return -(-self.count // self.tile)
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """Names of what is found for every design: scores, then its dominant mode [-]."""
+        return (*self.scores, *MODE_FIELDS)
+
+    def numbers_of(self, designs: np.ndarray) -> dict[str, np.ndarray]:
+        """The axes' numbers of some designs, by name, each of shape (designs,) [SI]."""
+        found, stride = {}, self.count
+        for axis in self.axes:
+            stride //= len(axis.values)
+            found[axis.name] = axis.values[(designs // stride) % len(axis.values)]
+        return found
+
+    def grid(self) -> Grid:
+        """The samples that count.
+
+        Raises:
+            ValueError: for a window without at least two samples.
+        """
+        inside = np.flatnonzero((self.times >= self.window[0]) & (self.times <= self.window[1]))
+        if len(inside) < 2:
+            raise ValueError(
+                f"window: expected one that holds two samples or more, found {list(self.window)} "
+                f"for times from {self.times[0]:g} to {self.times[-1]:g} s. Mend: move the window."
+            )
+        return Grid(self.times, int(inside[0]), int(inside[-1]) + 1)
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """Where a sweep writes: one row a design; arrays in memory, or in a file that survives a kill.
+
+    Attributes:
+        fields: by name, each of shape (designs,) [SI unit of the field].
+        shape: displacement part of each dominant mode, its real and imaginary parts, shape
+            (designs, coordinates, 2) [1].
+        marks: by name: 1 where it holds, shape (designs,) [-].
+        done: 1 for each tile that is complete, shape (tiles,) [-].
+    """
+
+    fields: dict[str, np.ndarray]
+    shape: np.ndarray
+    marks: dict[str, np.ndarray]
+    done: np.ndarray
+
+
+@dataclass(frozen=True)
+class Map:
+    """Every design of a grid with its scores.
+
+    Attributes:
+        task: what was asked.
+        scores: by name, each of the grid's shape [SI unit of the score].
+        dominant_frequency: of the mode with most energy; 0 where overdamped [Hz].
+        dominant_damping_ratio: of the same mode [-].
+        overdamped: 1 where the mode with most energy does not oscillate [-].
+        mode_changes: 1 where that mode is another one than in a neighbor along an axis [-].
+        resumed: tiles that an earlier run had finished [-].
+    """
+
+    task: SweepTask
+    scores: dict[str, np.ndarray]
+    dominant_frequency: np.ndarray
+    dominant_damping_ratio: np.ndarray
+    overdamped: np.ndarray
+    mode_changes: np.ndarray
+    resumed: int = field(default=0)
+
+    def extreme(self, name: str, lowest: bool) -> tuple[dict[str, float], float] | None:
+        """The design with the lowest or highest finite value of a score [SI], and that value.
+
+        Args:
+            name: of the score.
+            lowest: whether the lowest is wanted.
+
+        Returns:
+            The axes' numbers by name and the score; None where no design has a finite one.
+        """
+        values = np.asarray(self.scores[name]).ravel()
+        usable = np.where(np.isfinite(values), values, np.inf if lowest else -np.inf)
+        at = int(np.argmin(usable) if lowest else np.argmax(usable))
+        if not np.isfinite(usable[at]):
+            return None
+        numbers = self.task.numbers_of(np.array([at]))
+        return {key: float(value[0]) for key, value in numbers.items()}, float(usable[at])
+
+
+def blank_sheet(task: SweepTask) -> Sheet:
+    """A sheet in memory with nothing in it; its arrays carry the units of `Sheet`."""
+    n = len(task.mechanism.coordinates)
+    return Sheet(
+        {name: np.full(task.count, np.nan) for name in task.fields},
+        np.zeros((task.count, n, 2), np.float32),
+        {name: np.zeros(task.count, np.int8) for name in MARKS},
+        np.zeros(task.tiles, np.int8),
+    )
+
+
+def sweep(
+    task: SweepTask, sheet: Sheet | None = None, tell: Callable[[int, int], None] | None = None
+) -> Map:
+    """Simulate every design of a grid that the sheet does not hold yet, and score it.
+
+    Args:
+        task: the grid, the drive, the sensor and the scores.
+        sheet: where results are kept, tile by tile; in memory where None.
+        tell: hears how many tiles of how many are done.
+
+    Returns:
+        The map; its arrays lie in the sheet.
+
+    Raises:
+        ValueError: for a score that is not known, a window without samples, a sensor or drive
+            that the mechanism does not have, or a release without a balance.
+
+    Source: tests/optimize/test_sweep.py.
+    """
+    unknown = [name for name in task.scores if name not in score.SCORES]
+    if unknown or not task.scores:
+        raise ValueError(
+            f"scores: expected some of {', '.join(score.SCORES)}, found {unknown or 'none'}. "
+            "Mend: name one of these."
+        )
+    sheet = sheet or blank_sheet(task)
+    grid, scales = task.grid(), _scales(task)
+    resumed = int(np.sum(sheet.done))
+    for tile in range(task.tiles):
+        if not sheet.done[tile]:
+            low, high = tile * task.tile, min((tile + 1) * task.tile, task.count)
+            fields, shape = _tile(task, grid, scales, low)
+            for name, values in fields.items():
+                sheet.fields[name][low:high] = values[: high - low]
+            sheet.shape[low:high] = shape[: high - low]
+            sheet.done[tile] = 1
+        if tell is not None:
+            tell(tile + 1, task.tiles)
+    _mark(task, sheet)
+    found = {name: sheet.fields[name].reshape(task.shape) for name in task.fields}
+    marks = {name: sheet.marks[name].reshape(task.shape) for name in MARKS}
+    scores = {name: found[name] for name in task.scores}
+    return Map(
+        task,
+        scores,
+        dominant_frequency=found["dominant_frequency"],
+        dominant_damping_ratio=found["dominant_damping_ratio"],
+        overdamped=marks["overdamped"],
+        mode_changes=marks["mode_changes"],
+        resumed=resumed,
+    )
+
+
+def _scales(task: SweepTask) -> np.ndarray:
+    """Roots of the masses of the first design, which make coordinates comparable."""
+    first = {name: float(value[0]) for name, value in task.numbers_of(np.array([0])).items()}
+    n = len(task.mechanism.coordinates)
+    rows = task.mechanism.rows({**task.numbers, **first})
+    return np.sqrt(np.diagonal(np.asarray(mass_matrix(rows))[:n, :n]))
+
+
+def _tile(
+    task: SweepTask, grid: Grid, scales: np.ndarray, low: int
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Fields and mode shapes of one tile; the last one is filled up with its last design."""
+    designs = np.minimum(np.arange(low, low + task.tile), task.count - 1)
+    varied = task.numbers_of(designs)
+    fixed = {name: v for name, v in task.numbers.items() if name not in varied}
+    sensors = (task.sensor, GRIP) if "grip_displacement_peak" in task.scores else (task.sensor,)
+    tile = tile_of(task.mechanism, varied, fixed, task.drive, grid, sensors)
+    mode = dominant_mode(tile, scales)
+    size = np.hypot(2 * np.pi * mode.frequency, mode.decay)
+    found = {
+        "dominant_frequency": mode.frequency,
+        "dominant_damping_ratio": mode.decay / np.where(size > 0, size, 1.0),
+    }
+    if "log_decrement_modal" in task.scores:
+        found["log_decrement_modal"] = mode.decrement
+    sampled = tuple(name for name in task.scores if name != "log_decrement_modal")
+    if sampled:
+        found |= _sampled(task, grid, tile, varied, sensors, sampled)
+    shape = np.stack([np.real(mode.shape), np.imag(mode.shape)], axis=2)
+    return found, shape.astype(np.float32)
+
+
+def _sampled(
+    task: SweepTask,
+    grid: Grid,
+    tile: Tile,
+    varied: Mapping[str, np.ndarray],
+    sensors: tuple[Port, ...],
+    names: tuple[str, ...],
+) -> dict[str, np.ndarray]:
+    """Scores that need samples, chunk by chunk; designs of one period side by side."""
+    count = len(tile.poles)
+    found = {name: np.empty(count) for name in names}
+    order, bins = np.arange(count), None
+    if "log_decrement" in names and tile.is_whole and grid.count > 2 * BINS:
+        bins = lowest_bins(tile, grid, 0, BINS)
+        order = np.argsort(np.argmax(bins, axis=1), kind="stable")
+    width = max(1, CHUNK_SAMPLES // grid.count)
+    for low in range(0, count, width):
+        chosen = order[low : low + width]
+        exactly, curves = np.ones(len(chosen), bool), None
+        if tile.segments:
+            part = tile.take(chosen)
+            curves = [samples(part, grid, k) for k in range(len(sensors))]
+            doubts = [doubtful(part, k, score.peak(y)) for k, y in enumerate(curves)]
+            exactly = np.any(doubts, axis=0)
+        if exactly.any():
+            own = {name: values[chosen[exactly]] for name, values in varied.items()}
+            told = _exact(task, grid, own, sensors)
+            curves = curves or [np.empty(told.shape[:2]) for _ in sensors]
+            for k, curve in enumerate(curves):
+                curve[exactly] = told[:, :, k]
+        assert curves is not None
+        known = None if bins is None else bins[chosen]
+        for name, values in _scores(grid, curves, names, known, exactly).items():
+            found[name][chosen] = values
+    return found
+
+
+def _exact(
+    task: SweepTask, grid: Grid, varied: Mapping[str, np.ndarray], sensors: tuple[Port, ...]
+) -> np.ndarray:
+    """Samples without modes, shape (designs, t, sensors) [SI]; few shapes are compiled."""
+    count = len(next(iter(varied.values())))
+    filled = np.minimum(np.arange(-(-count // 16) * 16), count - 1)
+    table = dict(task.numbers) | {name: values[filled] for name, values in varied.items()}
+    found = respond_batch(task.mechanism, table, task.drive, task.times, sensors)
+    return found[:count, grid.low : grid.high]
+
+
+def _scores(
+    grid: Grid,
+    curves: list[np.ndarray],
+    names: tuple[str, ...],
+    bins: np.ndarray | None,
+    exactly: np.ndarray,
+) -> dict[str, np.ndarray]:
+    """Scores of the curves; `bins` are the first of the spectrum, except where made exactly."""
+    seen, found = curves[0], {}
+    if "rms" in names:
+        found["rms"] = score.rms(seen)
+    if "peak" in names:
+        found["peak"] = score.peak(seen)
+    if "settling" in names:
+        found["settling"] = score.settling(seen, grid.times[grid.low : grid.high])
+    if "log_decrement_local" in names:
+        found["log_decrement_local"] = score.log_decrement_local(seen)
+    if "grip_displacement_peak" in names:
+        found["grip_displacement_peak"] = score.peak(curves[1])
+    if "log_decrement" in names:
+        largest = np.ones(len(seen), int)
+        unsure = np.ones(len(seen), bool)
+        if bins is not None:
+            largest = 1 + np.argmax(bins, axis=1)
+            unsure = exactly | ~score.certified(seen, bins)
+        if unsure.any():
+            largest[unsure] = score.largest_bins(seen[unsure])
+        found["log_decrement"] = score.log_decrement(seen, largest)
+    return found
+
+
+def _mark(task: SweepTask, sheet: Sheet, width: int = 2**16) -> None:
+    """Mark overdamped designs, and those whose dominant mode is another one next to them."""
+    still = sheet.fields["dominant_frequency"]
+    changes = sheet.marks["mode_changes"]
+    for low in range(0, task.count, width):
+        part = slice(low, low + width)
+        sheet.marks["overdamped"][part] = np.asarray(still[part]) == 0.0
+        changes[part] = 0
+    stride = task.count
+    for size in task.shape:
+        stride //= size
+        for low in range(0, task.count, width):
+            own = np.arange(low, min(low + width, task.count))
+            own = own[(own // stride) % size < size - 1]
+            next_to = own + stride
+            differ = (still[own] == 0.0) != (still[next_to] == 0.0)
+            differ |= _likeness(sheet.shape[own], sheet.shape[next_to]) < ALIKE
+            changes[own[differ]] = 1
+            changes[next_to[differ]] = 1
+
+
+def _likeness(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Squared cosine between complex shapes of unit length (modal assurance criterion)."""
+    first = one[:, :, 0].astype(float) + 1j * one[:, :, 1]
+    second = other[:, :, 0].astype(float) + 1j * other[:, :, 1]
+    return np.abs(np.sum(np.conj(first) * second, axis=1)) ** 2

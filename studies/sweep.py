@@ -1,0 +1,248 @@
+"""Which design is best? Every one of a grid, simulated, scored, and kept as a map."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .engine import start_engine
+from .simulate import TURNS, sensor_port
+
+if TYPE_CHECKING:
+    from ..model.drive_file import DriveSpec
+    from ..model.linear import Port
+    from ..model.rig import Rig
+    from ..optimize.sweep import Map, SweepTask
+    from ..optimize.sweep_spec import SweepSpec
+
+_RATES = ("", "/s", "/s^2")
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A spec with everything that it names."""
+
+    spec: SweepSpec
+    rig: Rig
+    drive: DriveSpec
+    task: SweepTask
+    unit: str
+
+    def provenance(self, seed: int) -> dict[str, Any]:
+        """Version, sums of the inputs, and seed; nothing that changes from run to run."""
+        from .. import __version__
+        from ..model.door import sha256_of
+
+        inputs = {str(self.spec.path): self.spec.sha256, str(self.rig.path): self.rig.sha256}
+        inputs[str(self.drive.path)] = self.drive.sha256
+        if self.drive.file is not None:
+            inputs[str(self.drive.file)] = sha256_of(self.drive.file.read_bytes())
+        return {"version": __version__, "inputs": inputs, "seed": seed}
+
+
+def sweep_spec(
+    path: Path,
+    out: Path | None = None,
+    seed: int = 0,
+    tell: Callable[[int, int], None] | None = None,
+) -> tuple[dict[str, Any], bool]:
+    """Sweeps a grid and writes ``map.nc`` and ``map.json``; takes up what a kill left behind.
+
+    Args:
+        path: the spec.
+        out: folder for the results; nothing is written where None. While the sweep runs its
+            tiles are in ``map.unfinished.nc`` there.
+        seed: kept in the provenance; nothing here is drawn by chance.
+        tell: hears how many tiles of how many are done.
+
+    Returns:
+        A summary that JSON can hold, and whether the map can be trusted.
+
+    Raises:
+        ValueError: for the first fault of the spec, the rig or the drive.
+    """
+    began = time.perf_counter()
+    asked = _asked(path)
+    provenance = asked.provenance(seed)
+    from ..model.door import write_beside
+    from ..optimize.sweep import sweep
+    from ..optimize.sweep_file import open_sheet, publish
+
+    sheet, unfinished = None, None
+    if out is not None:
+        spec, window = asked.spec, asked.task.window
+        told = {
+            "title": "scores of every design of a grid",
+            "Conventions": "CF-1.11",
+            "rig": asked.rig.path.name,
+            "drive": asked.drive.path.name,
+            "sensor": spec.of,
+            "window": f"{window[0]!r} {window[1]!r} s",
+            "provenance": json.dumps(provenance),
+        }
+        sheet, unfinished = open_sheet(out / "map.nc", asked.task, asked.unit, told)
+    try:
+        found = sweep(asked.task, sheet, tell)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    result = _result(asked, found)
+    seconds = round(time.perf_counter() - began, 3)
+    result["provenance"] = {**provenance, "seconds": seconds}
+    if out is not None and unfinished is not None:
+        text = json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False)
+        write_beside(out / "map.json", text + "\n")
+        publish(unfinished, out / "map.nc")
+    return result, result["status"] == "swept"
+
+
+def _asked(path: Path) -> _Asked:
+    """Spec, rig and drive, read and fitted together."""
+    from ..model.door import fault
+    from ..model.drive_file import read_drive
+    from ..model.rig import read_rig
+    from ..model.robot import PARAMETERS
+    from ..optimize.sweep_spec import axes_of, read_spec
+
+    spec = read_spec(path)
+    rig, driven = read_rig(spec.rig), read_drive(spec.drive)
+    axes = axes_of(spec, rig)
+    start_engine()
+    import numpy as np
+
+    from ..model.drives import drive_of
+    from ..model.extended import acting_laws
+    from ..model.mechanism import mechanism_of
+    from ..optimize.sweep import SweepTask
+
+    added = {axis.name: PARAMETERS[axis.name] for axis in axes if axis.name not in rig.parameters}
+    rig = replace(rig, parameters={**rig.parameters, **added})
+    mechanism = mechanism_of(rig)
+    try:
+        acting = acting_laws(rig.laws, mechanism)
+    except ValueError as error:
+        raise ValueError(f"{rig.path}: {error}") from None
+    if acting:
+        law = f"'{acting[0].law.name}' at '{acting[0].place}'"
+        mend = "sweep the rig without its laws"
+        raise fault(rig.path, "[[laws]]", "a linear rig: no law that acts", law, mend)
+    count = round(driven.duration * driven.sample_rate)
+    if count < 2:
+        mend = "raise 'duration' or 'sample_rate'"
+        raise fault(driven.path, "[times]", "two samples or more", str(count), mend)
+    times = np.arange(count) / driven.sample_rate
+    try:
+        port = sensor_port(spec.of, rig, mechanism)
+    except ValueError as error:
+        text = str(error).replace("--sensor", "[sweep] of:", 1)
+        raise ValueError(f"{path}: {text}") from None
+    if "grip_displacement_peak" in spec.scores and rig.kind == "chain":
+        mend = "remove it, or write scores = ['peak'] with the place in 'of'"
+        expected = "scores of a chain, which has no grip"
+        raise fault(path, "[sweep] scores", expected, "'grip_displacement_peak'", mend)
+    window = spec.window or (0.0, float(times[-1]))
+    numbers = {name: number.value for name, number in rig.parameters.items()}
+    task = SweepTask(
+        mechanism, numbers, drive_of(driven, mechanism), times, window, port, spec.scores, axes
+    )
+    try:
+        task.grid()
+    except ValueError as error:
+        raise ValueError(f"{path}: [sweep] {error}") from None
+    return _Asked(spec, rig, driven, task, _unit(port, rig))
+
+
+def _unit(port: Port, rig: Rig) -> str:
+    from ..model.chain import DERIVATIVES
+
+    turns = port.quantity in TURNS or rig.motion == "rotation"
+    return (
+        "1"
+        if port.quantity == "strain"
+        else ("rad" if turns else "m") + _RATES[DERIVATIVES[port.quantity]]
+    )
+
+
+def _result(asked: _Asked, found: Map) -> dict[str, Any]:
+    """The map in words and numbers that JSON can hold."""
+    import numpy as np
+
+    from ..optimize.sweep_file import LONG_NAMES, unit_of
+
+    task, scores = asked.task, {}
+    for name, values in found.scores.items():
+        finite = np.asarray(values)[np.isfinite(values)]
+        scores[name] = {
+            "unit": unit_of(name, asked.unit),
+            "meaning": LONG_NAMES[name],
+            "mean": float(finite.mean()) if finite.size else None,
+            "lowest": _extreme(found, name, lowest=True),
+            "highest": _extreme(found, name, lowest=False),
+            "not_finite": int(np.size(values) - finite.size),
+        }
+    broken = [name for name in ("rms", "peak") if name in scores and scores[name]["not_finite"]]
+    axes = {
+        axis.name: {
+            "unit": axis.unit,
+            "count": len(axis.values),
+            "lowest": float(axis.values.min()),
+            "highest": float(axis.values.max()),
+        }
+        for axis in task.axes
+    }
+    return {
+        "status": "not_finite" if broken else "swept",
+        "rig": asked.rig.path.name,
+        "drive": {"kind": asked.drive.kind, "place": asked.drive.place},
+        "of": asked.spec.of,
+        "window": list(task.window),
+        "designs": task.count,
+        "axes": axes,
+        "scores": scores,
+        "regions": {
+            "overdamped": int(np.sum(found.overdamped)),
+            "mode_changes": int(np.sum(found.mode_changes)),
+        },
+        "tiles": {"all": task.tiles, "resumed": found.resumed},
+    }
+
+
+def _extreme(found: Map, name: str, lowest: bool) -> dict[str, Any] | None:
+    one = found.extreme(name, lowest)
+    return None if one is None else {"value": one[1], "design": one[0]}
+
+
+def show_map(result: Mapping[str, Any]) -> None:
+    """Prints the best and the worst of each score as a table.
+
+    Args:
+        result: of `sweep_spec`.
+    """
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False, markup=False)
+    console.print(
+        f"{result['designs']} designs of {result['rig']} under a drive of kind "
+        f"'{result['drive']['kind']}', scored by {result['of']}."
+    )
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading in ("score", "", "value", "unit", "design"):
+        table.add_column(heading, justify="right" if heading == "value" else "left")
+    for name, one in result["scores"].items():
+        for which in ("lowest", "highest"):
+            if one[which] is not None:
+                design = ", ".join(f"{k} {v:.5g}" for k, v in one[which]["design"].items())
+                table.add_row(name, which, f"{one[which]['value']:.5g}", one["unit"], design)
+    console.print(table)
+    regions = result["regions"]
+    console.print(f"The mode with most energy is overdamped in {regions['overdamped']} designs.")
+    console.print(f"It is another one than next door in {regions['mode_changes']} designs.")
+    if result["tiles"]["resumed"]:
+        console.print(f"Taken up: {result['tiles']['resumed']} of {result['tiles']['all']} tiles.")
+    if result["status"] != "swept":
+        console.print("! Some designs have no finite score: look for a constant of the wrong size.")
