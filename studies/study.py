@@ -23,12 +23,14 @@ class Call:
         data: folder of measured records, for studies that need one; None for the usual place.
         seed: seed of everything that is drawn by chance.
         progress: told what is being done.
+        cases: how many cases a study draws that draws any; None for its own choice.
     """
 
     out: Path | None = None
     data: Path | None = None
     seed: int = 0
     progress: Progress = lambda text: None
+    cases: int | None = None
 
 
 @dataclass(frozen=True)
