@@ -14,7 +14,7 @@ import typer
 from typer.testing import CliRunner
 
 import supple
-from supple.studies import cli
+from supple.studies import cli, terminal
 
 SIDECAR = """\
 [record]
@@ -122,7 +122,7 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out.strip() == supple.__version__
     assert cli.main([]) == 0
     assert "check" in capsys.readouterr().out
-    assert CliRunner().invoke(cli.app, ["check", "--help"]).exit_code == 0
+    assert CliRunner().invoke(terminal.app, ["check", "--help"]).exit_code == 0
 
 
 @pytest.mark.parametrize(
@@ -138,16 +138,16 @@ def test_a_wrong_call_is_one_line(arguments: list[str], capsys: pytest.CaptureFi
 
 
 def test_exit_codes_of_results(capsys: pytest.CaptureFixture[str]) -> None:
-    session = cli.Session(out=None, seed=0, json=True, quiet=False)
+    session = terminal.Session(out=None, seed=0, json=True, quiet=False)
 
     def show(result: Mapping[str, Any]) -> None:
         raise AssertionError("JSON is printed alone")
 
-    cli.finish(session, {"status": "good"}, "a.json", show)
+    terminal.finish(session, {"status": "good"}, "a.json", show)
     assert json.loads(capsys.readouterr().out) == {"status": "good"}
     with pytest.raises(typer.Exit) as raised:
-        cli.finish(session, {"status": "flat"}, "a.json", show, trusted=False)
-    assert raised.value.exit_code == cli.NOT_TRUSTED
+        terminal.finish(session, {"status": "flat"}, "a.json", show, trusted=False)
+    assert raised.value.exit_code == terminal.NOT_TRUSTED
     assert json.loads(capsys.readouterr().out) == {"status": "flat"}
 
 
