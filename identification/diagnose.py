@@ -15,6 +15,16 @@ from .noise import ljung_box
 from .problem import Problem, make_problem
 from .records import Record, check_record_against_rig
 from .screen import VISIBLE, Candidate, alikeness, screen
+from .trial import (
+    LEAST_EVIDENCE,
+    Trial,
+    interval,
+    limit_of,
+    promising,
+    simplest_first,
+    with_limits,
+    without_general,
+)
 
 MOST_CAUSES = 4
 TRIALS = 5
@@ -35,8 +45,9 @@ beyond doubt there [-]."""
 MISFIT_SHOWN = 0.01
 """Chance of the worst channel's misfit under the noise, below which there is one [-]."""
 
-LEAST_EVIDENCE = 10.0
-"""Fall of BIC below which no law is accepted [-]; Kass and Raftery 1995 call 10 very strong."""
+LEAST_STEP = 0.1
+"""Share of the misfit beyond noise, as it stands, that a law must take away [-]: where a lumped
+model meets a club that is not, many laws take a little, and none of them is the cause."""
 
 LEAST_SHARE = 0.5
 """Share of the misfit beyond noise that named causes must explain; otherwise unknown [-]."""
@@ -48,25 +59,6 @@ SMALL_EXCESS = 0.3
 """Misfit beyond noise that is let pass when no law explains it, in units of the noise [-]."""
 
 Progress = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Trial:
-    """A candidate after its full refit.
-
-    Attributes:
-        candidate: law, place and what the screen said.
-        fit: everything refitted with the law in force.
-        delta_bic: fall of BIC against the fit without the law [-].
-        held: its foretelling of held-out records, where there are any.
-        verdict: why it was accepted or not, in words.
-    """
-
-    candidate: Candidate
-    fit: Fit
-    delta_bic: float
-    held: HeldOut | None = None
-    verdict: str = ""
 
 
 @dataclass(frozen=True)
@@ -208,7 +200,8 @@ class _Search:
             trial = self._judge(trial, self.fit)
             self.trials.append(trial)
             if trial.verdict == "accepted":
-                rivals = [] if rank else self._rivals(trial, trials[1:])
+                trial = self._simpler(trial, trials)
+                rivals = [] if rank else self._rivals(trial, trials)
                 self._accept([trial], rivals)
                 return True
             if rank == 0 and trial.verdict == NO_GAIN and self._pair(trial):
@@ -220,19 +213,22 @@ class _Search:
         thin = thinned(self.fit.problem)
         start = solve(replace(self.fit.model, problem=thin), self.fit.x, 6)
         quick = []
-        worth = [c for c in open_ if c.gain > WORTH * open_[0].gain]
-        for candidate in worth[:TRIALS] if len(worth) > 1 else open_[:2]:
+        worth = [c for c in without_general(open_) if c.gain > WORTH * open_[0].gain]
+        chosen = worth[:TRIALS] if len(worth) > 1 else list(open_[:2])
+        for candidate in with_limits(promising(self.fit, chosen), open_):
             self.progress(f"trying {candidate.name}")
             quick.append((extend(start, candidate, 10), candidate))
         quick.sort(key=lambda pair: pair[0].cost)
-        found = []
-        for fit, candidate in quick[:3]:
-            best = quick[0][0].cost
-            if found and fit.cost - best > max(HOPELESS, 0.2 * (start.cost - best)):
+        found: list[Trial] = []
+        best = quick[0][0].cost
+        limits = {limit_of(candidate) for _, candidate in quick[:1]}  # never left out
+        for rank, (fit, candidate) in enumerate(quick):
+            hopeless = fit.cost - best > max(HOPELESS, 0.2 * (start.cost - best))
+            if (rank > 2 or (rank and hopeless)) and candidate.name not in limits:
                 continue
             full = solve(replace(fit.model, problem=self.fit.problem), fit.x, 25)
             found.append(Trial(candidate, full, delta_bic(self.fit, full)))
-        return sorted(found, key=lambda trial: trial.fit.cost)
+        return simplest_first(found)
 
     def _judge(self, trial: Trial, before: Fit) -> Trial:
         """Accept or refuse one trial, in words."""
@@ -242,11 +238,17 @@ class _Search:
             return replace(trial, verdict=f"refused: BIC falls by only {trial.delta_bic:.1f}")
         fit = settle(trial.fit)
         trial = replace(trial, fit=fit)
+        share = explained(before, fit)
+        if share < LEAST_STEP:
+            words = f"refused: it explains only {100 * share:.0f} % of the misfit beyond the noise"
+            return replace(trial, verdict=words)
         index = fit.index(trial.candidate.entry.label)
         if abs(fit.value(index)) < 3.0 * fit.std(index):
             return replace(trial, verdict="refused: its interval holds zero")
+        if trial.candidate.law.slot == "delay" and abs(fit.value(index)) < interval(trial):
+            return replace(trial, verdict="refused: it is shorter than a sampling interval")
         pushed = set(on_bounds(fit)) - set(on_bounds(before))
-        if pushed and explained(before, fit) < LEAST_SHARE:
+        if pushed and share < LEAST_SHARE:
             which = ", ".join(sorted(pushed))
             return replace(trial, verdict=f"refused: it only replaces {which}")
         told, held = self._foretell(fit), self.held_now
@@ -254,6 +256,19 @@ class _Search:
         if told is not None and held is not None and not _gains(held, told):
             return replace(trial, verdict=NO_GAIN)
         return replace(trial, verdict="accepted")
+
+    def _simpler(self, trial: Trial, trials: Sequence[Trial]) -> Trial:
+        """The simpler law that an accepted one holds, where it foretells unseen records better."""
+        for other in trials:
+            if other.candidate.name == limit_of(trial.candidate) and trial.held is not None:
+                judged = self._judge(other, self.fit)
+                self.trials.append(judged)
+                better = judged.held is not None and judged.held.nrmse < trial.held.nrmse
+                if judged.verdict == "accepted" and better:
+                    index = self.trials.index(trial)
+                    self.trials[index] = replace(trial, verdict=SIMPLER)
+                    return judged
+        return trial
 
     def _pair(self, first: Trial) -> bool:
         """A law that gains nothing unseen by itself may do so together with a second one."""
@@ -280,6 +295,9 @@ class _Search:
         """Other laws that explain the records as well and cannot be told apart."""
         found = []
         for other in others:
+            name = best.candidate.name
+            if name in (other.candidate.name, limit_of(other.candidate)):
+                continue  # itself, or one that holds it as its simplest case
             if best.delta_bic - other.delta_bic < AMBIGUOUS:
                 judged = self._judge(other, self.stages[-1])
                 if judged.verdict == "accepted":
@@ -324,6 +342,8 @@ def misfit_chance(fit: Fit) -> float:
 
 LEAST_GAIN = 0.05
 """Where errors of the model dominate, a law must take away this share of the cost [-]."""
+
+SIMPLER = "refused: its simpler case foretells held-out records better"
 
 NO_GAIN = "refused: held-out records are foretold no better"
 

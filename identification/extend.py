@@ -110,7 +110,7 @@ def extended_model(fit: Fit, candidate: Candidate) -> Model:
     cause = (candidate.place, candidate.law)
     return replace(
         fit.model,
-        entries=(*fit.model.entries, candidate.entry),
+        entries=(*fit.model.entries, candidate.entry, *candidate.shapes),
         causes=(*fit.model.causes, cause),
     )
 
@@ -136,7 +136,8 @@ def extend(fit: Fit, candidate: Candidate, evaluations: int = 12) -> Fit:
     for start in starts:
         if best is not None and best.cost < 0.5 * fit.cost:
             break
-        trial = grown(model, np.append(fit.x, start), evaluations)
+        shapes = [shape.value / shape.scale for shape in candidate.shapes]
+        trial = grown(model, np.append(fit.x, [start, *shapes]), evaluations)
         if best is None or trial.cost < best.cost:
             best = trial
     assert best is not None

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..model.chain import DERIVATIVES, FORCES
-from ..model.law import Law
+from ..model.law import Law, unit_of
 from ..model.linear import Mechanism, mass_matrix, stiffness_matrix
 from ..model.parameters import Parameter
 from ..model.respond import Plant
@@ -28,7 +28,8 @@ class Entry:
 
     Attributes:
         name: rig's name, ``PLACE/LAW`` for a law's strength, ``CHANNEL.offset`` and the like.
-        slot: part of the plant's vector: numbers, strengths, start, drive, offset, gain, delay.
+        slot: part of the plant's vector: numbers, strengths, start, drive, offset, gain, delay;
+            ``fault`` for what only a channel's reading knows.
         keys: which elements of the slot it sets: names, or indices as text.
         record: the only record it belongs to; None where all share it.
         value: start value [SI].
@@ -233,19 +234,52 @@ def law_entry(
     """Entry of a law's strength at a place or channel, shared by all records [SI]."""
     name = f"{place}/{law.name}"
     low = -math.inf if law.signed else 0.0
-    slot, keys = "strengths", (place, law.name)
+    slot, keys = "strengths", (place, law.name, "")
     if law.slot:
         is_input = any(c.name == place for p in records for c in p.record.inputs)
         slot, keys = ("drive" if is_input else law.slot), (place,)
-        low = -math.inf
+        if law.fault is None:
+            low = -math.inf
+        else:
+            keys = (place, law.name, "")
     return Entry(
         name, slot, keys, None, 0.0, low, math.inf, abs(natural), unit=unit, nuisance=False
     )
 
 
+SHAPE_REACH = 30.0
+"""How far a law's shape may go from its trial value, as a factor [-]."""
+
+
+def shape_entries(law: Law, place: str, values: Sequence[float], rotation: bool) -> list[Entry]:
+    """Entries of a law's further numbers, shared by all records [SI].
+
+    Args:
+        law: with as many shapes as there are values.
+        place: where it acts.
+        values: to begin with [SI].
+        rotation: whether the place turns.
+    """
+    return [
+        Entry(
+            f"{place}/{law.name}.{shape.symbol}",
+            law.slot or "strengths",
+            (place, law.name, shape.symbol),
+            None,
+            value,
+            value / SHAPE_REACH,
+            value * SHAPE_REACH,
+            value,
+            unit=unit_of(shape.dimension, rotation),
+            nuisance=False,
+        )
+        for shape, value in zip(law.shapes, values, strict=True)
+    ]
+
+
 def slot_index(plant: Plant, prepared: Prepared, entry: Entry) -> int | None:
     """Where an entry lies in a plant's vector for one record; None where it has no place [-]."""
-    if entry.record is not None and entry.record != prepared.name:
+    if entry.slot == "fault" or (entry.record is not None and entry.record != prepared.name):
         return None
     base = plant.slots[entry.slot].start
     if entry.slot == "numbers":
@@ -254,8 +288,8 @@ def slot_index(plant: Plant, prepared: Prepared, entry: Entry) -> int | None:
             return None
         return base + plant.mechanism.names.index(entry.keys[0])
     if entry.slot == "strengths":
-        for index, (place, law) in enumerate(plant.laws):
-            if (place, law.name) == entry.keys:
+        for index, (place, law, symbol) in enumerate(plant.law_numbers):
+            if (place, law.name, symbol) == entry.keys:
                 return base + index
         return None
     if entry.keys[0].isdigit():

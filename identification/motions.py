@@ -28,7 +28,7 @@ def motions(
     for prepared in model.problem.records:
         plant = model.plant(prepared)
         z = jnp.asarray(model.vector(prepared, x))
-        states, _ = state_history(plant, model.substeps(prepared), z, *model.arguments(prepared))
+        states = state_history(plant, model.substeps(prepared), z, *model.arguments(prepared))[0]
         states = states[: prepared.count]
         bare = replace(plant, law_places=())
         everywhere = replace(plant, law_places=tuple(places))

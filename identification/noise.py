@@ -104,7 +104,8 @@ class Misfit:
     """How far a residual is from its noise, absolutely.
 
     Attributes:
-        ratio: power of the residual over that of the noise, where the model moves [-].
+        ratio: power of the residual over that of the noise, where the model moves and where a
+            tone stands out of the noise [-].
         p_value: chance of such a ratio under the noise law alone [-].
         bins: number of frequencies that it rests on [-].
     """
@@ -185,7 +186,7 @@ def choose_noise(residual: np.ndarray, predicted: np.ndarray) -> tuple[Noise, Mi
     if misfit.bins and misfit.p_value > 1e-3:
         noise = _best(frequency, power, np.ones_like(quiet))
         misfit = _misfit(power / noise.spectrum(frequency), moves)
-    return noise, misfit
+    return noise, _with_tones(misfit, power / noise.spectrum(frequency), moves)
 
 
 def colour_of(residual: np.ndarray) -> Noise:
@@ -200,6 +201,21 @@ def colour_of(residual: np.ndarray) -> Noise:
 
 def _smooth(power: np.ndarray) -> np.ndarray:
     return np.convolve(power, np.ones(9) / 9, mode="same")
+
+
+TONE = 1e-6
+"""Chance of the loudest of all frequencies under the noise, below which it is a tone [-]."""
+
+
+def _with_tones(misfit: Misfit, ratio: np.ndarray, where: np.ndarray) -> Misfit:
+    """The misfit with what stands out of the noise where the model does not move."""
+    loudest = float(np.max(ratio))
+    chance = min(1.0, len(ratio) * float(np.exp(-min(loudest, 700.0))))
+    if chance > TONE:
+        return misfit
+    tones = np.convolve(ratio > np.log(len(ratio) / TONE), np.ones(3), mode="same") > 0.5
+    whole = _misfit(ratio, where | tones)
+    return Misfit(whole.ratio, min(misfit.p_value, chance), whole.bins)
 
 
 def _misfit(ratio: np.ndarray, where: np.ndarray) -> Misfit:

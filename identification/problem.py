@@ -15,6 +15,7 @@ from ..model.mechanism import mechanism_of
 from ..model.plant import Plant, numbers_vector
 from ..model.respond import simulate, tangents
 from ..model.rig import Rig
+from .faults import FaultyReading, faulty_readings
 from .free import Entry, day_entries, drive_entries, nuisance_entries, rig_entries, slot_index
 from .noise import Noise, Trust, trust_of
 from .prepare import Prepared, Sensor, opening, prepare_all
@@ -114,7 +115,7 @@ class Model:
     @cached_property
     def places(self) -> tuple[str, ...]:
         """Places where force laws act."""
-        found = [place for place, law in self.causes if law.force is not None]
+        found = [place for place, law in self.causes if law.acts]
         return tuple(dict.fromkeys(found))
 
     @cached_property
@@ -191,7 +192,10 @@ class Model:
         for prepared in self.problem.records:
             grid = self.grid(prepared, x, finer)
             for index, sensor in enumerate(prepared.sensors):
-                found[prepared.name, sensor.channel.name] = sample(sensor, grid[:, index])
+                seen = sample(sensor, grid[:, index])
+                for faulty in self.faults(sensor, x):
+                    seen = faulty.read(seen, 1.0 / sensor.channel.sample_rate)
+                found[prepared.name, sensor.channel.name] = seen
         return found
 
     def residual(self, x: np.ndarray) -> np.ndarray:
@@ -212,9 +216,14 @@ class Model:
         blocks = []
         for prepared in self.problem.records:
             columns = self.sensitivity(prepared, x)
+            faulty = any(law.fault is not None for _, law in self.causes)
+            grid = self.grid(prepared, x) if faulty else None
             for index, sensor in enumerate(prepared.sensors):
                 noise = self.noises[prepared.name, sensor.channel.name]
-                block = -noise.whiten(sample(sensor, columns[index]))
+                moved = sample(sensor, columns[index])
+                if grid is not None:
+                    moved = self._read_along(sensor, x, sample(sensor, grid[:, index]), moved)
+                block = -noise.whiten(moved)
                 blocks.append(self._cut(prepared, sensor, block))
         return np.concatenate([*blocks, np.diag(self._prior_rate())[self._has_prior]])
 
@@ -236,6 +245,21 @@ class Model:
             columns[:, where] = moved[: len(links), :, index].T
             found.append(columns)
         return found
+
+    def faults(self, sensor: Sensor, x: np.ndarray) -> list[FaultyReading]:
+        """Faults in force on one channel at scaled unknowns x [-]."""
+        if all(law.fault is None for _, law in self.causes):
+            return []
+        return faulty_readings(self.causes, self.entries, x * self.scale, self.fixed, sensor)
+
+    def _read_along(
+        self, sensor: Sensor, x: np.ndarray, seen: np.ndarray, moved: np.ndarray
+    ) -> np.ndarray:
+        step = 1.0 / sensor.channel.sample_rate
+        for faulty in self.faults(sensor, x):
+            moved = faulty.along(seen, moved, step, self.scale)
+            seen = faulty.read(seen, step)
+        return np.where(np.isfinite(moved), moved, 0.0)
 
     def _cut(self, prepared: Prepared, sensor: Sensor, block: np.ndarray) -> np.ndarray:
         if not np.isfinite(self.horizon) and not self.only_opening:

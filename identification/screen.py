@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -11,11 +15,14 @@ import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
 from ..model.law import Law, Place, Scales, library
+from ..model.linear import Array
 from ..model.plant import Plant, numbers_vector
 from ..model.respond import force_responses
+from .faults import FaultyReading
 from .fit import Fit
-from .free import Entry, law_entry
+from .free import Entry, law_entry, shape_entries
 from .motions import motions
+from .prepare import Prepared
 from .problem import Cause, padded_lanes, sample
 
 VISIBLE = 3.0
@@ -36,6 +43,7 @@ class Candidate:
         step: strength of that step, scaled [-].
         column: its Jacobian column, projected off all that is fitted and normalized [-].
         visible: norm of the projected column at natural strength, in noise units [-].
+        shapes: the law's further numbers, at the values that gain most [SI].
     """
 
     place: str
@@ -46,6 +54,7 @@ class Candidate:
     step: float
     column: np.ndarray
     visible: float
+    shapes: tuple[Entry, ...] = ()
 
     @property
     def name(self) -> str:
@@ -60,7 +69,7 @@ def possible_causes(fit: Fit) -> list[Cause]:
     found: list[Cause] = []
     for place, kind in mechanism.law_places().items():
         for law in library().values():
-            fits = law.force is not None and law.kind == kind
+            fits = law.acts and law.kind == kind
             fits = fits and law.rotation in (None, mechanism.turns(place))
             if fits and (place, law.name) not in had and not _said_already(fit, place, law):
                 found.append((place, law))
@@ -68,7 +77,8 @@ def possible_causes(fit: Fit) -> list[Cause]:
         for law in library().values():
             if not law.slot or (channel, law.name) in had:
                 continue
-            if law.kind == "channel" or (law.kind == "response" and not is_input and driven):
+            fits = law.kind == "channel" or (not is_input and law.kind == "reading")
+            if fits or (law.kind == "response" and not is_input and driven):
                 found.append((channel, law))
     return found
 
@@ -146,47 +156,104 @@ def screen(fit: Fit, causes: Sequence[Cause] | None = None) -> list[Candidate]:
     causes = possible_causes(fit) if causes is None else list(causes)
     residual = model.residual(fit.x)
     basis = np.linalg.qr(model.jacobian(fit.x))[0] if len(fit.x) else np.zeros((len(residual), 0))
-    entries = [entry_of(fit, cause) for cause in causes]
-    columns = np.zeros((len(residual), len(causes)))
-    for which, block in _columns(fit, causes, entries):
+    trials = [trial for cause in causes for trial in trials_of(fit, cause)]
+    columns = np.zeros((len(residual), len(trials)))
+    for which, block in _columns(fit, trials):
         columns[: fit.count, which] = block
     columns -= basis @ (basis.T @ columns)
-    found = [
-        _candidate(cause, entry, column, residual)
-        for cause, entry, column in zip(causes, entries, columns.T, strict=True)
+    best: dict[Cause, Candidate] = {}
+    for trial, column in zip(trials, columns.T, strict=True):
+        found = _candidate(trial, column, residual)
+        before = best.get(trial.cause)
+        if before is None or found.gain > before.gain:
+            best[trial.cause] = found
+    counts = Counter(trial.cause for trial in trials)
+    several = [
+        replace(found, p_value=min(1.0, found.p_value * counts[cause]))
+        for cause, found in best.items()
     ]
-    return sorted(found, key=lambda candidate: -candidate.gain)
+    return sorted(several, key=lambda candidate: -candidate.gain)
 
 
-def _columns(
-    fit: Fit, causes: Sequence[Cause], entries: Sequence[Entry]
-) -> Iterator[tuple[list[int], np.ndarray]]:
+@dataclass(frozen=True)
+class Attempt:
+    """A cause with its strength and one choice of its shapes [SI]."""
+
+    cause: Cause
+    entry: Entry
+    shapes: tuple[Entry, ...]
+
+
+def trials_of(fit: Fit, cause: Cause) -> list[Attempt]:
+    """A cause with each choice of its shapes that is worth a trial, strengths in SI units."""
+    place, law = cause
+    entry = entry_of(fit, cause)
+    if not law.shapes:
+        return [Attempt(cause, entry, ())]
+    if place in fit.problem.scales:
+        scales, turns = fit.problem.scales[place], fit.problem.mechanism.turns(place)
+    else:
+        scales, turns = next(iter(fit.problem.scales.values())), False
+    choices = [shape.trials(scales) for shape in law.shapes]
+    if fit.model.places and law.acts:  # each trial is a march there: only the middle ones
+        choices = [(values[len(values) // 2],) for values in choices]
+    return [
+        Attempt(cause, entry, tuple(shape_entries(law, place, values, turns)))
+        for values in product(*choices)
+    ]
+
+
+def _columns(fit: Fit, trials: Sequence[Attempt]) -> Iterator[tuple[list[int], np.ndarray]]:
     """Whitened Jacobian columns by groups that are computed together."""
     linear = not fit.model.places
     groups: dict[str, list[int]] = {}
-    for index, (place, law) in enumerate(causes):
-        name = "channels" if law.force is None else ("forces" if linear else place)
+    for index, trial in enumerate(trials):
+        place, law = trial.cause
+        if law.fault is not None:
+            name = "faults"
+        else:
+            name = "channels" if not law.acts else ("forces" if linear else place)
         groups.setdefault(name, []).append(index)
     for name, which in groups.items():
+        chosen = [trials[i] for i in which]
         if name == "forces":
-            yield (
-                which,
-                _force_columns(fit, [causes[i] for i in which], [entries[i] for i in which]),
-            )
+            yield which, _force_columns(fit, chosen)
+        elif name == "faults":
+            yield which, _fault_columns(fit, chosen)
         else:
+            held = tuple((shape, shape.value) for trial in chosen for shape in trial.shapes)
             wide = replace(
                 fit.model,
-                entries=tuple(entries[i] for i in which),
-                causes=fit.model.causes + tuple(causes[i] for i in which),
-                fixed=_held(fit),
+                entries=tuple(trial.entry for trial in chosen),
+                causes=fit.model.causes + tuple(trial.cause for trial in chosen),
+                fixed=_held(fit) + held,
             )
             yield which, wide.jacobian(np.zeros(len(which)))[: fit.count]
 
 
-def _force_columns(fit: Fit, causes: Sequence[Cause], entries: Sequence[Entry]) -> np.ndarray:
+def _fault_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
+    """Columns of a channel's faults at their null, about what it is said to read."""
+    blocks = []
+    for key in fit.keys:
+        sensor, seen = fit.sensor_of(key), fit.predicted[key]
+        block = np.zeros((len(seen), len(trials)))
+        for column, trial in enumerate(trials):
+            place, law = trial.cause
+            if place != sensor.channel.name or law.fault is None:
+                continue
+            numbers = (0.0, *(shape.value for shape in trial.shapes))
+            held = (None,) * len(trial.shapes)
+            faulty = FaultyReading(law, law.fault, numbers, (0, *held))
+            step, scale = 1.0 / sensor.channel.sample_rate, np.array([trial.entry.scale])
+            block[:, column] = faulty.along(seen, np.zeros((len(seen), 1)), step, scale)[:, 0]
+        blocks.append(-fit.model.noises[key].whiten(block))
+    return np.concatenate(blocks)
+
+
+def _force_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
     """Columns of laws at their null about a linear motion: responses to the laws' forces there."""
     model, problem = fit.model, fit.problem
-    places = tuple(dict.fromkeys(place for place, _ in causes))
+    places = tuple(dict.fromkeys(trial.cause[0] for trial in trials))
     moved = motions(model, fit.x, places)
     rows = {place: len(moved[place]) // len(problem.records) for place in places}
     starts = dict(zip(places, np.cumsum([0, *rows.values()])[:-1], strict=True))
@@ -194,21 +261,27 @@ def _force_columns(fit: Fit, causes: Sequence[Cause], entries: Sequence[Entry]) 
     for index, prepared in enumerate(problem.records):
         plant = replace(model.plant(prepared), law_places=places)
         z = numbers_vector(plant, model.numbers(prepared, fit.x))
-        lanes = padded_lanes(len(causes))
+        lanes = padded_lanes(len(trials))
         forces = np.zeros((lanes, len(prepared.inputs), sum(rows.values())))
-        for lane, ((place, law), entry) in enumerate(zip(causes, entries, strict=True)):
+        for lane, trial in enumerate(trials):
+            place, law = trial.cause
+            shapes = [shape.value for shape in trial.shapes]
             space_k, space_c = place_constants(plant, z, place)
             for row in range(rows[place]):
                 stretch, rate = moved[place][index * rows[place] + row]
                 here = Place(space_k[row], space_c[row], *problem.widths[place])
-                force = slope_at_null(law, stretch, rate, here) * entry.scale
+                if law.memory is None:
+                    force = slope_at_null(law, stretch, rate, here)
+                else:
+                    force = unit_force(law, shapes, stretch, rate, prepared)
+                force = force * trial.entry.scale
                 forces[lane, : len(force), starts[place] + row] = force
         seen = np.asarray(
             force_responses(plant, jnp.asarray(z), jnp.asarray(forces), jnp.asarray(prepared.step))
         )
         for i, sensor in enumerate(prepared.sensors):
             noise = model.noises[prepared.name, sensor.channel.name]
-            block = sample(sensor, seen[: len(causes), :, i].T)
+            block = sample(sensor, seen[: len(trials), :, i].T)
             blocks.append(-noise.whiten(block))
     return np.concatenate(blocks)
 
@@ -228,16 +301,45 @@ def slope_at_null(law: Law, stretch: np.ndarray, rate: np.ndarray, place: Place)
     return np.asarray(slope)
 
 
+def unit_force(
+    law: Law, shapes: Sequence[float], stretch: np.ndarray, rate: np.ndarray, prepared: Prepared
+) -> np.ndarray:
+    """Force of a law that remembers, of strength 1, along a motion, shape (t,) [force/strength]."""
+    longer = (0, len(prepared.inputs) - len(stretch))
+    seen = (np.pad(part, longer, mode="edge") for part in (stretch, rate))
+    force = _along(law, np.asarray(shapes, dtype=float), *seen, prepared.step)
+    return np.asarray(force)[: len(stretch)]
+
+
+@partial(jax.jit, static_argnums=0)
+def _along(law: Law, shapes: Array, stretch: Array, rate: Array, step: Array) -> Array:
+    memory = law.memory
+    assert memory is not None
+
+    def advance(carry: tuple[Any, Any, Any], now: tuple[Any, Any]) -> tuple[Any, Any]:
+        remembered, *before = carry
+        remembered = memory.advance(shapes, remembered, before, now, step)
+        return (remembered, *now), memory.force(1.0, shapes, remembered, *now)[0]
+
+    points = stretch[:, None], rate[:, None]
+    first = points[0][0], points[1][0]
+    begun = memory.begin(shapes, *first)
+    rest = points[0][1:], points[1][1:]
+    _, forces = jax.lax.scan(advance, (begun, *first), rest)
+    return jnp.concatenate([memory.force(1.0, shapes, begun, *first), forces])
+
+
 def _held(fit: Fit) -> tuple[tuple[Entry, float], ...]:
     """All entries of a fit as fixed numbers, so that only new columns are computed."""
     values = tuple((e, fit.value(i)) for i, e in enumerate(fit.model.entries))
     return fit.model.fixed + values
 
 
-def _candidate(cause: Cause, entry: Entry, column: np.ndarray, residual: np.ndarray) -> Candidate:
+def _candidate(trial: Attempt, column: np.ndarray, residual: np.ndarray) -> Candidate:
+    cause, entry, shapes = trial.cause, trial.entry, trial.shapes
     size = float(np.linalg.norm(column))
     if size < 1e-9:
-        return Candidate(*cause, entry, 0.0, 1.0, 0.0, np.zeros_like(column), size)
+        return Candidate(*cause, entry, 0.0, 1.0, 0.0, np.zeros_like(column), size, shapes)
     unit = column / size
     pull = -float(unit @ residual)
     step = pull / size
@@ -246,7 +348,7 @@ def _candidate(cause: Cause, entry: Entry, column: np.ndarray, residual: np.ndar
         pull = 0.0
     gain = pull**2
     p_value = float(chi2_distribution.sf(gain, 1))
-    return Candidate(*cause, entry, gain, p_value, step, unit, size)
+    return Candidate(*cause, entry, gain, p_value, step, unit, size, shapes)
 
 
 def alikeness(first: Candidate, second: Candidate) -> float:

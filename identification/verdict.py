@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from .diagnose import Diagnosis, Trial
+from .diagnose import Diagnosis
 from .evidence import effective_samples, excess, explained
 from .extend import HeldOut
 from .fit import Fit
+from .free import Entry
 from .identifiable import identifiability
 from .screen import Candidate
+from .trial import Trial
 
 NORMAL_95 = 1.959964
 NOISE_WORDS = {"ar1": "AR(1)", "ar2": "AR(2)"}
@@ -43,7 +45,10 @@ def cause_json(trial: Trial, fit: Fit, probability: float) -> dict[str, Any]:
         "law": law.name,
         "place": candidate.place,
         "probability": probability,
-        "parameters": {law.symbol_at(rotation): _interval(value, std, entry.low, entry.unit)},
+        "parameters": {
+            law.symbol_at(rotation): _interval(value, std, entry.low, entry.unit),
+            **{shape.keys[-1]: _shape(fit, shape) for shape in candidate.shapes},
+        },
         "delta_bic": trial.delta_bic,
         "score_p_value": max(candidate.p_value, 1e-300),
         "formula": law.formula,
@@ -53,6 +58,11 @@ def cause_json(trial: Trial, fit: Fit, probability: float) -> dict[str, Any]:
             place=candidate.place, value=amount(value, std, entry.unit)
         ),
     }
+
+
+def _shape(fit: Fit, shape: Entry) -> dict[str, Any]:
+    index = fit.index(shape.label)
+    return _interval(fit.value(index), fit.std(index), shape.low, shape.unit)
 
 
 def _interval(value: float, std: float, low: float, unit: str) -> dict[str, Any]:

@@ -106,6 +106,27 @@ def exact_outputs(
     Source: ``x' = A x`` with the drive's force and the joints' accelerations as states of their
     own, which jump; Van Loan 1978, doi:10.1109/TAC.1978.1101743.
     """
+    outputs, start, seen = traced_outputs(plan, table, drive, times)
+    if plan.hold is not None:
+        check_balance(np.asarray(start), np.asarray(seen), plan.hold)
+    return np.asarray(outputs)
+
+
+def traced_outputs(
+    plan: Plan, table: Mapping[str, Any], drive: Drive, times: np.ndarray
+) -> tuple[Array, Array, Array]:
+    """Outputs as `exact_outputs` has them, with derivatives, and what a release begins with.
+
+    Args:
+        plan: what is simulated.
+        table: numbers of the mechanism by name, each of shape (designs,) [SI].
+        drive: what moves every design.
+        times: uniform samples from 0 on [s].
+
+    Returns:
+        Outputs, shape (designs, t, outputs); coordinates at the start, shape (designs, n); what
+        the hand sees of them, shape (designs,) [SI].
+    """
     step, count = float(times[-1]) / (len(times) - 1), len(times)
     blocks = -(-count // BLOCK)
     held = 0.0 if plan.hold is None else plan.hold.displacement
@@ -116,9 +137,7 @@ def exact_outputs(
     outputs, start, seen = _designs(
         static, blocks, table, step, drive.frequency, joints, held, *marks
     )
-    if plan.hold is not None:
-        check_balance(np.asarray(start), np.asarray(seen), plan.hold)
-    return np.asarray(outputs)[:, :count]
+    return outputs[:, :count], start, seen
 
 
 @partial(jax.jit, static_argnums=(0, 1))

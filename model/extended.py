@@ -13,9 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from .door import nearest, one_of
-from .drives import ON_SAMPLE, Drive, Hold, check_balance, equilibrium, hold_rows
-from .energies import stiffness_matrix
-from .law import Law, Place, library
+from .drives import ON_SAMPLE, Drive
+from .law import Law, library, unit_of
 from .linear import Mechanism, state_space
 from .plant import Plant
 from .prescribed import AT_REST
@@ -30,8 +29,6 @@ WIDTHS = ("stretch_width", "rate_width")
 CHUNK = 512
 """Steps that are marched at once, so that one compiled length serves every motion [-]."""
 
-NEWTON_STEPS = 40
-RAMPS = 8
 POINTS_PER_WAVE = 200
 
 
@@ -43,6 +40,7 @@ class Acting:
         place: where it acts.
         law: one of the library's laws that act by a force.
         strength: in the law's unit at that place [SI].
+        shapes: its further numbers, in the law's order [SI].
         stretch_width: rounding of corners in the stretch; None: from the motion [m or rad].
         rate_width: rounding of corners in the rate; None: from the motion [m/s or rad/s].
     """
@@ -52,6 +50,7 @@ class Acting:
     strength: float
     stretch_width: float | None = None
     rate_width: float | None = None
+    shapes: tuple[float, ...] = ()
 
 
 def acting_laws(tables: Iterable[Mapping[str, Any]], mechanism: Mechanism) -> tuple[Acting, ...]:
@@ -73,7 +72,7 @@ def acting_laws(tables: Iterable[Mapping[str, Any]], mechanism: Mechanism) -> tu
     return tuple(
         _acting(table, index, mechanism)
         for index, table in enumerate(tables)
-        if not (table["law"] in library() and library()[table["law"]].force is None)
+        if not (table["law"] in library() and not library()[table["law"]].acts)
     )
 
 
@@ -95,18 +94,23 @@ def _acting(table: Mapping[str, Any], index: int, mechanism: Mechanism) -> Actin
         expected = f"a place where '{name}' can act: {one_of(fitting)}"
         mend = "write one of them" if fitting else "remove this law"
         raise refuse("place", expected, f"'{place}'", mend)
-    symbol = law.symbol_at(turns)
+    symbol, shapes = law.symbol_at(turns), [shape.symbol for shape in law.shapes]
     given = {key: _value(entry) for key, entry in table.get("parameters", {}).items()}
     for key in given:
-        if key not in (symbol, *WIDTHS):
-            raise refuse("parameters", one_of((symbol, *WIDTHS)), f"'{key}'", "remove it")
-    if symbol not in given:
-        unit = law.unit(turns)
-        raise refuse("parameters", f"'{symbol}' [{unit}]", "nothing", f"add {symbol} = ...")
+        if key not in (symbol, *shapes, *WIDTHS):
+            raise refuse("parameters", one_of((symbol, *shapes, *WIDTHS)), f"'{key}'", "remove it")
+    units = [law.unit(turns), *(unit_of(shape.dimension, turns) for shape in law.shapes)]
+    for wanted, unit in zip((symbol, *shapes), units, strict=True):
+        if wanted not in given:
+            raise refuse("parameters", f"'{wanted}' [{unit}]", "nothing", f"add {wanted} = ...")
+    for key in shapes:
+        if not given[key] > 0:
+            raise refuse(key, "a number above 0", f"{given[key]:g}", "correct it")
     for key in WIDTHS:
         if key in given and not given[key] > 0:
             raise refuse(key, "a width above 0", f"{given[key]:g}", "remove it, or widen it")
-    return Acting(place, law, given[symbol], given.get(WIDTHS[0]), given.get(WIDTHS[1]))
+    wide, fast = (given.get(key) for key in WIDTHS)
+    return Acting(place, law, given[symbol], wide, fast, tuple(given[key] for key in shapes))
 
 
 def _value(entry: Any) -> float:
@@ -119,11 +123,25 @@ def law_places(laws: Iterable[Acting]) -> tuple[str, ...]:
 
 
 def strengths(plant: Plant, laws: Iterable[Acting]) -> np.ndarray:
-    """Strength of each law of a plant, in the order of its vector [SI]."""
-    found = np.zeros(len(plant.laws))
-    slots = {(place, law.name): index for index, (place, law) in enumerate(plant.laws)}
+    """Strength and shapes of each law of a plant, in the order of its vector [SI].
+
+    Raises:
+        ValueError: where a law with shapes acts twice at a place.
+    """
+    found = np.zeros(len(plant.law_numbers))
+    slots = {
+        (place, law.name, symbol): index
+        for index, (place, law, symbol) in enumerate(plant.law_numbers)
+    }
     for acting in laws:
-        found[slots[acting.place, acting.law.name]] += acting.strength
+        at = slots[acting.place, acting.law.name, ""]
+        if acting.shapes and found[at]:
+            raise ValueError(
+                f"[[laws]] {acting.law.name} at '{acting.place}': expected once, found twice. "
+                "Mend: remove one."
+            )
+        found[at] += acting.strength
+        found[at + 1 : at + 1 + len(acting.shapes)] = acting.shapes
     return found
 
 
@@ -147,67 +165,6 @@ def widths(
         for column, stated in enumerate((acting.stretch_width, acting.rate_width)):
             if stated is not None:
                 found[row, column] = stated
-    return found
-
-
-def law_equilibrium(
-    mechanism: Mechanism,
-    numbers: Mapping[str, float],
-    hold: Hold,
-    laws: Iterable[Acting],
-    rounding: Mapping[str, tuple[float, float]],
-) -> np.ndarray:
-    """Balance under the force that holds one place displaced, with laws in force.
-
-    Args:
-        mechanism: chain or robot.
-        numbers: its numbers by name [SI].
-        hold: the place and its displacement.
-        laws: what acts.
-        rounding: widths in (stretch, rate) of each place [SI].
-
-    Returns:
-        Coordinates, shape (n,) [m or rad].
-
-    Raises:
-        ValueError: where none was found.
-
-    Source: Newton's method from the linear balance, the laws' strengths raised in steps.
-    """
-    n = len(mechanism.coordinates)
-    stiffness = stiffness_matrix(mechanism.rows(numbers))[:n, :n]
-    push, seen = hold_rows(mechanism, numbers, hold)
-    placed = [
-        (acting, *mechanism.place_rows(acting.place, numbers), rounding[acting.place])
-        for acting in laws
-    ]
-
-    def imbalance(unknown: jax.Array, share: float) -> jax.Array:
-        q = unknown[:n]
-        force = stiffness @ q - push * unknown[n]
-        for acting, rows, k, c, (wide, fast) in placed:
-            assert acting.law.force is not None
-            stretch = rows[:, :n] @ q
-            here = Place(k, c, wide, fast)
-            pull = acting.law.force(acting.strength, stretch, 0.0 * stretch, here)
-            force = force + share * rows[:, :n].T @ pull
-        return jnp.append(force, seen @ q - hold.displacement)
-
-    start, force = equilibrium(mechanism, numbers, hold)
-    unknown = jnp.append(start, force)
-    check_balance(np.asarray(start), np.asarray(seen @ start), hold)
-    slope = jax.jit(jax.jacfwd(imbalance))
-    for share in np.linspace(0.0, 1.0, RAMPS + 1)[1:]:
-        for _ in range(NEWTON_STEPS):
-            move = jnp.linalg.solve(slope(unknown, share), imbalance(unknown, share))
-            unknown = unknown - move
-            if not np.max(np.abs(move)) > 1e-12 * np.max(np.abs(unknown)):
-                break
-    left = np.abs(np.asarray(imbalance(unknown, 1.0))[:n])
-    size = np.max(np.abs(stiffness) @ np.abs(unknown[:n])) + abs(float(unknown[n]))
-    settled = np.all(left <= 1e-6 * size)
-    found = np.asarray(unknown[:n]) if settled else np.full(n, np.nan)
-    check_balance(found, np.asarray(seen @ found), hold)
     return found
 
 
@@ -294,13 +251,15 @@ def _cuts(drive: Drive, step: float, last: int) -> list[float]:
     return found
 
 
-@dataclass(frozen=True)
 class _Runner:
-    plant: Plant
-    z: np.ndarray
-    drive: Drive
-    rounding: np.ndarray
-    step: float
+    """Marches piece after piece; between them it keeps what laws remember."""
+
+    def __init__(
+        self, plant: Plant, z: np.ndarray, drive: Drive, rounding: np.ndarray, step: float
+    ) -> None:
+        self.plant, self.z, self.drive = plant, z, drive
+        self.rounding, self.step = rounding, step
+        self.memory: np.ndarray | None = None
 
     def jump(self, x: np.ndarray, time: float) -> np.ndarray:
         """State after the velocities of the joints jump at a time [s]; x itself where none does."""
@@ -340,15 +299,24 @@ class _Runner:
             at = begin + node * (low + np.arange(CHUNK + 1))
             z = self.z.copy()
             z[self.plant.slots["start"]] = x
-            run, pull = state_history(
-                self.plant, 1, jnp.asarray(z), self._inputs(at, begin, node, inside), node,
-                jnp.asarray(self.rounding),
-            )  # fmt: skip
             kept = slice(0 if low == 0 else 1, min(CHUNK, count - low) + 1)
+            run, pull = self._march(z, self._inputs(at, begin, node, inside), node, kept.stop - 1)
             states.append(run[kept])
             forces.append(pull[kept])
             x = run[kept][-1]
         return np.concatenate(states), np.concatenate(forces)
+
+    def _march(
+        self, z: np.ndarray, inputs: jax.Array, node: float, count: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """One chunk of which `count` steps are used; what is remembered is of their end."""
+        plant, vector, widths = self.plant, jnp.asarray(z), jnp.asarray(self.rounding)
+        run, pull, memory = state_history(plant, 1, vector, inputs, node, widths, self.memory)
+        if len(memory) and count < len(run) - 1:
+            short = inputs[: count + 1]
+            _, _, memory = state_history(plant, 1, vector, short, node, widths, self.memory)
+        self.memory = memory
+        return run, pull
 
     def _inputs(self, at: np.ndarray, begin: float, node: float, inside: float) -> jax.Array:
         columns = [] if self.drive.port is None else [self._force(at, begin, node)]

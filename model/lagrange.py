@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -40,6 +40,19 @@ class Acting:
     def law(self) -> Law:
         """The law itself."""
         return library()[self.name]
+
+
+class Past(NamedTuple):
+    """What laws that remember know at the start of a step.
+
+    Attributes:
+        entries: of each, in the order of `PlanarPlant.remembered`: what it remembers, shape
+            (numbers, designs), and stretch and rate there.
+        gone: time since [s]; None at the start itself.
+    """
+
+    entries: tuple[tuple[Any, tuple[Any, Any]], ...]
+    gone: Any
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2, 3))
@@ -77,7 +90,7 @@ def trace(
         positions, velocities, accelerations (designs, t, 4), bend, clubhead speed, energy
         (designs, t) and the last change in the stage equations (designs,) [SI].
     """
-    plant = _Plant(model, acting, table, pull, strengths, widths)
+    plant = PlanarPlant(model, acting, table, pull, strengths, widths)
     found = plant.run(values, starts, None if balanced else start, step, iterations)
     return tuple(jnp.moveaxis(part, -1, 0) for part in found)
 
@@ -92,26 +105,42 @@ def _turned(known: tuple[Array, ...], angle: Array) -> tuple[Array, Array]:
     return cosine * even - sine * odd, sine * even + cosine * odd
 
 
-class _Plant:
-    """Lagrange's equations over the coordinates that a model has; designs along the last axis."""
+class PlanarPlant:
+    """Lagrange's equations over the coordinates that a model has; designs along the last axis.
+
+    Args:
+        model: one of `MODELS`.
+        acting: laws in force.
+        p: numbers by contract name [SI].
+        pull: gravity in the plane, towards the ball [m/s^2].
+        strengths: of the laws, in their order [SI].
+        widths: rounding of their corners in stretch and rate, one pair for all or for each [SI].
+        shapes: further numbers of each law [SI].
+    """
 
     def __init__(
         self, model: str, acting: tuple[Acting, ...], p: Mapping[str, Array], pull: Array,
-        strengths: Array, widths: Array,
+        strengths: Array, widths: Array, shapes: tuple[tuple[Array, ...], ...] = (),
     ) -> None:  # fmt: skip
         self.p, self.pull, self.acting = p, pull, acting
-        self.strengths, self.widths = strengths, widths
+        self.strengths, self.widths = strengths, jnp.broadcast_to(widths, (len(acting), 2))
+        self.shapes = shapes
         self.wrist = model in WITH_SPRING
         self.fixed = model == "fixed_collet"
-        rows = planar.spring_rows(p, self.wrist)
-        self.rows = rows
+        self.rows = planar.spring_rows(p, self.wrist)
+        self.remembered = tuple(
+            (number, index)
+            for number, one in enumerate(acting)
+            for index, row in enumerate(self.rows)
+            if one.law.memory is not None and one.place == row[0]
+        )
 
     def whole(self, x: Numbers) -> Numbers:
-        """All four coordinates; a fixed collet stays at zero."""
+        """All four coordinates [SI]; a fixed collet stays at zero."""
         return (jnp.zeros_like(x[0]), *x) if self.fixed else x
 
     def kept(self, x: Numbers) -> Numbers:
-        """The coordinates that move."""
+        """The coordinates that move [SI]."""
         return x[1:] if self.fixed else x
 
     def ready(self, x: Numbers) -> tuple[Array, Array, Array]:
@@ -120,35 +149,77 @@ class _Plant:
         return angle, jnp.cos(angle), jnp.sin(angle)
 
     def imbalance(
-        self, x: Numbers, x_rate: Numbers, x_bend: Numbers, u: Numbers, known: tuple[Array, ...]
+        self, x: Numbers, x_rate: Numbers, x_bend: Numbers, u: Numbers, known: tuple[Any, ...]
     ) -> Numbers:
-        """Inertia, springs, dampers and laws less what pushes, n numbers [N or N m]."""
+        """Inertia, springs, dampers and laws less what pushes, n numbers [N or N m].
+
+        Args:
+            x: coordinates that move [SI].
+            x_rate: their rates [SI].
+            x_bend: the rates of these [SI].
+            u: arm and wrist angle, their rates, acceleration of the pivot, torque on the collet
+                and force on the clubhead, both across the collet's axis; then that on the grip,
+                where something pushes it [SI].
+            known: see `ready`; then, where laws remember, the past (see `Past`).
+        """
         q, v, a = (self.whole(part) for part in (x, x_rate, x_bend))
-        d, rate, pivot = (u[0], u[1]), (u[2], u[3]), (u[4], u[5])
-        left = list(planar.inertia_forces(self.p, q, v, a, pivot, _turned(known, q[0])))
-        for place, row, k, c in self.rows:
-            stretch, speed = planar.stretch(row, q, d), planar.stretch(row, v, rate)
-            force = k * stretch + c * speed + self._laws(place, k, c, stretch, speed)
+        pivot = (u[4], u[5])
+        left = list(planar.inertia_forces(self.p, q, v, a, pivot, _turned(known[:3], q[0])))
+        past = known[3] if len(known) > 3 else None
+        for number, (_, row, k, c) in enumerate(self.rows):
+            stretch, speed = self.stretches(number, q, v, u)
+            force = k * stretch + c * speed + self._laws(number, stretch, speed, past)
             for index, entry in enumerate(row[:4]):
                 if not (isinstance(entry, float) and entry == 0.0):
                     left[index] = left[index] + entry * force
-        reach = planar.points_of(self.p).head - planar.foreshortening(self.p, q)
-        left[0] = left[0] - u[6] - reach * u[7]
+        at = planar.points_of(self.p)
+        left[0] = left[0] - u[6] - (at.head - planar.foreshortening(self.p, q)) * u[7]
         left[3] = left[3] - u[7]
+        if len(u) > 8:
+            left[0], left[1] = left[0] - at.grip * u[8], left[1] - u[8]
         return self.kept(tuple(left))
 
-    def _laws(self, place: str, k: Array, c: Array, stretch: Array, speed: Array) -> Array:
+    def stretches(self, number: int, q: Numbers, v: Numbers, u: Numbers) -> tuple[Array, Array]:
+        """Stretch of a spring row [m or rad] and its rate, of all four coordinates."""
+        row = self.rows[number][1]
+        return planar.stretch(row, q, (u[0], u[1])), planar.stretch(row, v, (u[2], u[3]))
+
+    def _laws(self, number: int, stretch: Array, speed: Array, past: Past | None) -> Array:
+        place, _, k, c = self.rows[number]
         total = jnp.zeros(())
         for index, acting in enumerate(self.acting):
-            if acting.place == place:
-                here = Place(k, c, self.widths[0], self.widths[1])
+            if acting.place == place and acting.law.memory is not None:
+                memory = self.remember((index, number), stretch, speed, past)
+                force = acting.law.memory.force
+                shapes = self.shapes[index]
+                total = total + force(self.strengths[index], shapes, memory, stretch, speed)
+            elif acting.place == place:
+                here = Place(k, c, self.widths[index, 0], self.widths[index, 1])
                 force = acting.law.force
                 assert force is not None
                 total = total + force(self.strengths[index], stretch, speed, here)
         return total
 
+    def remember(
+        self, which: tuple[int, int], stretch: Array, speed: Array, past: Past | None
+    ) -> Array:
+        """What a law (by number, and number of its row) remembers at a stretch and its rate [SI].
+
+        Without a past it has been loaded slowly, and is held; without a time gone since, it is
+        what the past says.
+        """
+        memory, shapes = self.acting[which[0]].law.memory, self.shapes[which[0]]
+        assert memory is not None
+        if past is None:
+            return memory.begin(shapes, stretch, speed)
+        known, before = past.entries[self.remembered.index(which)]
+        known = known if stretch.ndim == before[0].ndim else known[:, None]
+        if past.gone is None:
+            return known
+        return memory.advance(shapes, known, before, (stretch, speed), past.gone)
+
     def matrices(self, q: Numbers, v: Numbers, u: Numbers) -> tuple[Array, Array, Array]:
-        """Mass, damping and stiffness about a state, each (n, n, designs)."""
+        """Mass, damping and stiffness about a state, each (n, n, designs) [SI]."""
         still = tuple(jnp.zeros_like(x) for x in q)
         states, known = [q, v, still], self.ready(q)
 
@@ -168,19 +239,19 @@ class _Plant:
         return slope(2), slope(1), slope(0)
 
     def inverse(self, q: Numbers, v: Numbers, u: Numbers, step: Array) -> Array:
-        """Of the stage equations about a state, shape (n, n, 3, 3, designs)."""
+        """Of the stage equations about a state, shape (n, n, 3, 3, designs) [SI of 1/mass]."""
         m, c, k = self.matrices(q, v, u)
         many = jax.vmap(iteration_matrix, in_axes=(-1, -1, -1, None), out_axes=-1)
         return many(m, c, k, step)
 
     def held(self, first: Array) -> Numbers:
-        """Signals of drives that are held where they start, eight of shape (designs,)."""
+        """Signals of drives that are held where they start, eight of shape (designs,) [SI]."""
         zero = jnp.zeros_like(first[0])
         down, side = planar.pivot_acceleration(self.p, (first[0], zero, zero), self.pull, jnp)
         return first[0], first[1], zero, zero, down + zero, side + zero, zero, zero
 
     def balance(self, first: Array) -> Numbers:
-        """Where the robot rests under its weight with the drives held."""
+        """Where the robot rests under its weight with the drives held [SI]."""
         zero = jnp.zeros_like(first[0])
         q = self.kept((first[0] + first[1], zero, zero, zero))
         u = self.held(first)
@@ -199,7 +270,7 @@ class _Plant:
     def run(
         self, u: Array, first: Array, start: Array | None, step: Array, iterations: int
     ) -> tuple[Array, ...]:
-        """Positions, velocities, accelerations, bend, speed, energy, and the last change."""
+        """Positions, velocities, accelerations, bend, speed, energy, and the last change [SI]."""
         zero = 0.0 * self.p["club_length"]  # one for each design
         first = first + zero
         if start is None:

@@ -47,24 +47,81 @@ class Place:
 
 
 @dataclass(frozen=True)
+class Shape:
+    """A further number of a law, beside its strength; where it is 0 it is taken as 1.
+
+    Attributes:
+        symbol: its name in results, such as ``knee``.
+        dimension: exponents of force, length and time in its unit [-].
+        trials: values [in its unit] that are worth a trial for motions of the given scales.
+    """
+
+    symbol: str
+    dimension: tuple[int, int, int]
+    trials: Callable[[Scales], tuple[float, ...]]
+
+
+@dataclass(frozen=True)
+class Memory:
+    """How a law that remembers acts; arrays over the place's rows are the last axis.
+
+    Attributes:
+        size: numbers that it remembers [-].
+        begin: ``begin(shapes, stretch, rate)``: what it remembers where it has been loaded from
+            rest to where the motion begins, shape (size, rows).
+        advance: ``advance(shapes, memory, (stretch, rate) before, (stretch, rate) after, step)``:
+            what it remembers after so long a step [s] between two instants.
+        force: ``force(strength, shapes, memory, stretch, rate)``, the force that resists the
+            stretch [N or N m].
+    """
+
+    size: int
+    begin: Callable[..., Any]
+    advance: Callable[..., Any]
+    force: Callable[..., Any]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """How a channel misreads what is there; arrays over samples are the first axis.
+
+    Attributes:
+        read: ``read(strength, shapes, values, step)``: what it says, shape (n,) [unit].
+        along: ``along(strength, shapes, values, step, by_strength, by_shapes, by_values)``:
+            derivative of that along k directions, of shapes (k,), one (k,) a shape, and (n, k).
+    """
+
+    read: Callable[..., Any]
+    along: Callable[..., Any]
+
+
+@dataclass(frozen=True)
 class Law:
     """One cause that a model may lack.
 
     Attributes:
         name: the contract's name.
-        kind: where it acts: ``link``, ``mass``, ``response`` (a measured channel) or ``channel``
-            (a measured channel or a drive's).
+        kind: where it acts: ``link``, ``mass``, ``reading`` (a measured channel), ``response``
+            (the same, where something drives the record) or ``channel`` (a measured channel or
+            a drive's).
         symbol: name of its strength in results, such as ``torque`` or ``gap``.
         dimension: exponents of force, length and time in the strength's unit [-].
         force: ``force(strength, stretch, rate, place)``, the force that resists the stretch
             [N or N m]; ``None`` for a law of a sensor.
-        slot: for a law of a sensor, which number of the channel it moves: offset or delay.
+        slot: for a law of a sensor, which number of the channel it moves: offset, gain or
+            delay; ``fault`` where it misreads in its own way.
+        fault: that way.
+        of_channel: whether the strength's unit begins with the channel's.
         natural: strength [in its unit] that matters for motions of the given scales.
         signed: whether the strength may be negative.
         dissipative: whether it can only take energy away.
         rotation: True or False where it makes sense for angles or for displacements only.
         replaces: the rig's own number that says the same (``stiffness`` or ``damping``): the law
             is not tried where a fit already varies that number.
+        memory: how it acts where its force depends on what went before; then ``force`` is None.
+        shapes: its further numbers, always above 0.
+        limit: the simpler law that it becomes at an end of its shapes: where that one does nearly
+            as well, it is the one to name.
         formula: the equation, for the report.
         sentence: what it means, for the report; ``{place}``, ``{value}`` are filled in.
         cure: what an engineer would try.
@@ -86,6 +143,16 @@ class Law:
     dissipative: bool = False
     rotation: bool | None = None
     replaces: str = ""
+    memory: Memory | None = None
+    shapes: tuple[Shape, ...] = ()
+    limit: str = ""
+    fault: Fault | None = None
+    of_channel: bool = False
+
+    @property
+    def acts(self) -> bool:
+        """Whether it acts by a force, and is no fault of a sensor."""
+        return self.force is not None or self.memory is not None
 
     def symbol_at(self, rotation: bool) -> str:
         """Name of the strength [-] at a place that turns or moves."""
@@ -101,20 +168,26 @@ class Law:
         Returns:
             The unit, such as ``N m s^2/rad^2`` [-].
         """
-        if self.slot == "offset":
-            return channel_unit
-        force, length, time = self.dimension
-        top, bottom = [], []
-        parts = (
-            ("N m" if rotation else "N", force),
-            ("s", time),
-            ("rad" if rotation else "m", length),
-        )
-        for symbol, power in parts:
-            if power:
-                text = symbol if abs(power) == 1 else f"{symbol}^{abs(power)}"
-                (top if power > 0 else bottom).append(text)
-        return " ".join(top or ["1"]) + ("/" + " ".join(bottom) if bottom else "")
+        if self.of_channel:
+            own = unit_of(self.dimension, rotation)
+            return channel_unit if own == "1" else channel_unit + own.removeprefix("1")
+        return unit_of(self.dimension, rotation)
+
+
+def unit_of(dimension: tuple[int, int, int], rotation: bool) -> str:
+    """SI unit [-] of exponents of force, length and time, for displacements or for angles."""
+    force, length, time = dimension
+    top, bottom = [], []
+    parts = (
+        ("N m" if rotation else "N", force),
+        ("s", time),
+        ("rad" if rotation else "m", length),
+    )
+    for symbol, power in parts:
+        if power:
+            text = symbol if abs(power) == 1 else f"{symbol}^{abs(power)}"
+            (top if power > 0 else bottom).append(text)
+    return " ".join(top or ["1"]) + ("/" + " ".join(bottom) if bottom else "")
 
 
 @cache
@@ -135,5 +208,5 @@ def force_laws(kind: str, rotation: bool) -> tuple[Law, ...]:
     return tuple(
         law
         for law in library().values()
-        if law.force is not None and law.kind == kind and law.rotation in (None, rotation)
+        if law.acts and law.kind == kind and law.rotation in (None, rotation)
     )

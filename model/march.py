@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from .chain import DERIVATIVES, FORCES
-from .law import Place
+from .law import Law, Memory, Place
 from .linear import Array, StateSpace, Step, make_step, moved_grounds, state_space
 from .plant import Plant, laws_of
 
@@ -17,12 +17,37 @@ NEWTON_STEPS = 3
 
 
 class ActingRows(NamedTuple):
-    """What acts, as data: strengths (laws, rows), selected rows and widths (rows, 2)."""
+    """What acts, as data.
+
+    Attributes:
+        strengths: strength and shapes of every law on every row, shape (numbers, rows) [SI].
+        select: rows in force, shape (rows, all rows) [-].
+        widths: rounding of corners in stretch and rate, shape (rows, 2) [SI].
+        unused: 1 for rows on which nothing acts, shape (rows,) [-].
+        memory: what laws remember at the start, shape (numbers, rows) [SI]; None: as they begin.
+    """
 
     strengths: Any
     select: Any
     widths: Any
     unused: Any
+    memory: Any = None
+
+
+class March(NamedTuple):
+    """A motion as it was marched.
+
+    Attributes:
+        states: shape (t, states) [SI].
+        forces: of the laws, shape (t, rows) [N or N m].
+        defect: what Newton's last step still changed of them, shape (t,) [N or N m].
+        memory: what laws remember at the end, shape (numbers, rows) [SI].
+    """
+
+    states: Array
+    forces: Array
+    defect: Array
+    memory: Array
 
 
 def space_of(plant: Plant, z: Array) -> StateSpace:
@@ -94,8 +119,8 @@ def _begin(plant: Plant, x0: Array, inputs: Array) -> Array:
 
 def march_rows(
     plant: Plant, substeps: int, z: Array, acting: ActingRows, inputs: Array, step: Array
-) -> tuple[Array, Array, Array]:
-    """States (t, states), law forces (t, rows) and Newton's last step (t,) of a motion [SI].
+) -> March:
+    """March a motion [SI].
 
     Args:
         plant: bare; which rows act is data (static).
@@ -113,7 +138,7 @@ def march_rows(
     law = _Laws(plant, space, acting)
     if law.rows == 0:
         return _march_linear(matrices, x0, first, last, substeps)
-    return _march_laws(law, matrices, x0, first, last, substeps)
+    return _march_laws(law, matrices, x0, first, last, substeps, (step / substeps, acting.memory))
 
 
 def _times(matrix: Array, vector: Array) -> Array:
@@ -121,9 +146,7 @@ def _times(matrix: Array, vector: Array) -> Array:
     return jnp.sum(matrix * vector[None, :], axis=1)
 
 
-def _march_linear(
-    matrices: Step, x0: Array, first: Array, last: Array, substeps: int
-) -> tuple[Array, Array, Array]:
+def _march_linear(matrices: Step, x0: Array, first: Array, last: Array, substeps: int) -> March:
     transition = matrices.free[1]
     if substeps != 1:
         raise ValueError("a linear motion needs one step a sample; expected substeps = 1")
@@ -137,35 +160,87 @@ def _march_linear(
     _, states = jax.lax.scan(advance, x0, forcing, unroll=2)
     states = jnp.concatenate([x0[None], states])
     count = states.shape[0]
-    return states, jnp.zeros((count, 0)), jnp.zeros(count)
+    return March(states, jnp.zeros((count, 0)), jnp.zeros(count), jnp.zeros((0, 0)))
 
 
 class _Laws:
-    """Forces of all laws of a plant at one instant, and their slopes."""
+    """Forces of all laws of a plant, and their slopes."""
 
     def __init__(self, plant: Plant, space: StateSpace, acting: ActingRows) -> None:
         self.space, self.n_inputs = space, len(plant.inputs)
         self.jumps = _rate_jumps(plant)
         self.rows = space.stretch.shape[0]
-        self.strengths = acting.strengths
-        self.laws = laws_of(plant.mechanism)
         wide, fast = acting.widths[:, 0], acting.widths[:, 1]
         self.place = Place(space.stiffness, space.damping, wide, fast)
+        self.plain: list[tuple[Law, Array]] = []
+        self.lasting: list[tuple[Law, Memory, Array, list[Array]]] = []
+        at = 0
+        for law in laws_of(plant.mechanism):
+            strength, at = acting.strengths[at], at + 1
+            given, at = acting.strengths[at : at + len(law.shapes)], at + len(law.shapes)
+            if law.memory is None:
+                self.plain.append((law, strength))
+            else:
+                shapes = [jnp.where(shape > 0, shape, 1.0) for shape in given]
+                self.lasting.append((law, law.memory, strength, shapes))
 
     def force(self, stretch: Array, rate: Array) -> Array:
-        """Force of all laws on each law row [N or N m]; rows are the last axis."""
+        """Force of the laws without a memory on each row [N or N m]; rows are the last axis."""
         total = jnp.zeros_like(stretch)
-        for law, strength in zip(self.laws, self.strengths, strict=True):
+        for law, strength in self.plain:
             assert law.force is not None
             total = total + law.force(strength, stretch, rate, self.place)
         return total
 
-    def slopes(self, stretch: Array, rate: Array) -> tuple[Array, Array, Array]:
-        """Force with its derivatives by stretch and by rate; rows do not mix."""
-        one, zero = jnp.ones_like(stretch), jnp.zeros_like(stretch)
-        force, by_stretch = jax.jvp(self.force, (stretch, rate), (one, zero))
-        by_rate = jax.jvp(self.force, (stretch, rate), (zero, one))[1]
-        return force, by_stretch, by_rate
+    def begin(self, stretch: Array, rate: Array) -> Array:
+        """What laws remember of how the motion began, shape (numbers, rows)."""
+        empty = jnp.zeros((0, self.rows))
+        parts = [m.begin(shapes, stretch, rate) for _, m, _, shapes in self.lasting]
+        return jnp.concatenate([empty, *parts])
+
+    def advance(self, memory: Array, before: Any, after: Any, step: Array) -> Array:
+        """What laws remember a step [s] later."""
+        parts, at = [], 0
+        for _, law, _, shapes in self.lasting:
+            own, at = memory[at : at + law.size], at + law.size
+            parts.append(law.advance(shapes, own, before, after, step))
+        return jnp.concatenate(parts) if parts else memory
+
+    def whole_force(self, memory: Array, stretch: Array, rate: Array) -> Array:
+        """Force of all laws on each row at one instant, shape (rows,) [N or N m]."""
+        total, at = self.force(stretch, rate), 0
+        for _, law, strength, shapes in self.lasting:
+            own, at = memory[at : at + law.size], at + law.size
+            total = total + law.force(strength, shapes, own, stretch, rate)
+        return total
+
+    def at_nodes(self, nodes: Array, memory: Array, before: Any, step: Array) -> Array:
+        """Forces in the middle and at the end of a step, shape (2, rows) [N or N m].
+
+        Args:
+            nodes: stretches and rates in the middle and at the end, shape (2 nodes, 2, rows).
+            memory: what laws remember at the start of the step.
+            before: stretch and rate at the start.
+            step: length of the step [s].
+        """
+        seen = nodes[:, 0], nodes[:, 1]
+        spent = step * jnp.array([[0.5], [1.0]])
+        return self.whole_force(self.advance(memory[:, None], before, seen, spent), *seen)
+
+    def slopes(self, nodes: Array, memory: Array, before: Any, step: Array) -> tuple[Array, Array]:
+        """`at_nodes` and its derivatives by stretch and rate, shape (2, 2, rows).
+
+        Rows and nodes do not mix.
+        """
+
+        def forces(stretch: Array, rate: Array) -> Array:
+            return self.at_nodes(jnp.stack([stretch, rate], axis=1), memory, before, step)
+
+        seen = nodes[:, 0], nodes[:, 1]
+        one, zero = jnp.ones_like(seen[0]), jnp.zeros_like(seen[0])
+        force, by_stretch = jax.jvp(forces, seen, (one, zero))
+        by_rate = jax.jvp(forces, seen, (zero, one))[1]
+        return force, jnp.stack([by_stretch, by_rate], axis=1)
 
 
 def _inverse(matrix: Array) -> Array:
@@ -183,9 +258,10 @@ def _inverse(matrix: Array) -> Array:
 
 
 def _march_laws(
-    law: _Laws, matrices: Step, x0: Array, first: Array, last: Array, substeps: int
-) -> tuple[Array, Array, Array]:
+    law: _Laws, matrices: Step, x0: Array, first: Array, last: Array, substeps: int, acting: Any
+) -> March:
     space, n, m = law.space, law.n_inputs, law.rows
+    step, given = acting  # length of one step [s], and what laws remember at the start
     look = jnp.concatenate([space.stretch, space.rate])
     to_input = [[node[:, :n] for node in nodes] for nodes in matrices.nodes]
     to_force = [[node[:, n:] for node in nodes] for nodes in matrices.nodes]
@@ -195,15 +271,13 @@ def _march_laws(
     see = jnp.concatenate(
         [jnp.concatenate([look @ to_force[k][1], look @ to_force[k][2]], axis=1) for k in (0, 1)]
     )
+    see_node = see.reshape(2, 2, m, 2 * m)  # node, stretch or rate, row, unknown
 
-    see_stretch = jnp.stack([see[:m], see[2 * m : 3 * m]])
-    see_rate = jnp.stack([see[m : 2 * m], see[3 * m :]])
-
-    def seen_forces(seen: Array) -> tuple[Array, Array]:
+    def seen_forces(seen: Array, known: tuple[Array, Any]) -> tuple[Array, Array]:
         """Forces at the unknown nodes, and d(force)/d(seen) times `see`."""
         nodes = seen.reshape(2, 2, m)
-        force, by_stretch, by_rate = law.slopes(nodes[:, 0], nodes[:, 1])
-        slope = by_stretch[:, :, None] * see_stretch + by_rate[:, :, None] * see_rate
+        force, by = law.slopes(nodes, known[0], known[1], step)
+        slope = jnp.sum(by[..., None] * see_node, axis=1)
         return force.reshape(2 * m), slope.reshape(2 * m, 2 * m)
 
     def seen_at(x: Array, w: Array) -> tuple[Array, Array]:
@@ -211,20 +285,20 @@ def _march_laws(
         return _times(space.stretch, x), rate + _times(space.rate_input, w) if n else rate
 
     eye = jnp.eye(2 * m)
+    hold = jax.lax.stop_gradient
 
-    def solve(base: Array, guess: Array) -> tuple[Array, Array]:
-        hold = jax.lax.stop_gradient
+    def solve(base: Array, guess: Array, known: Any) -> tuple[Array, Array]:
         f, fixed = hold(guess), hold(base)
-        still = hold(see)
+        still, past = hold(see), hold(known)
 
         def newton(_: int, f: Array) -> Array:
-            force, slope = seen_forces(fixed + _times(still, f))
+            force, slope = seen_forces(fixed + _times(still, f), past)
             return hold(f - _times(_inverse(eye - hold(slope)), f - force))
 
         # a loop, not three copies: compiling is what a user waits for
         f = jax.lax.fori_loop(0, NEWTON_STEPS - 1, newton, f)
         # the last step carries the derivatives: exact by the implicit function theorem
-        force, slope = seen_forces(base + _times(see, f))
+        force, slope = seen_forces(base + _times(see, f), known)
         move = _times(hold(_inverse(eye - slope)), f - force)
         return f - move, jnp.max(jnp.abs(hold(move)))
 
@@ -232,7 +306,7 @@ def _march_laws(
     in_last = [end + 0.5 * middle for _, middle, end in to_input]
 
     def one(carry: tuple[Array, ...], w: tuple[Array, Array]) -> tuple[Array, ...]:
-        x, f0, guess = carry
+        x, f0, guess, memory = carry
         w0, w1 = w
         push = [_times(in_first[k], w0) + _times(in_last[k], w1) for k in (0, 1)]
         moved = jnp.concatenate([_times(look, part) for part in push])
@@ -242,19 +316,23 @@ def _march_laws(
         pad = jnp.zeros(m)
         moved = moved + jnp.concatenate([pad, carried[:m], pad, carried[m:]])
         base = _times(see_free, x) + _times(see_first, f0) + moved
-        f, defect = solve(base, guess)
+        before = seen_at(x, w0)
+        f, defect = solve(base, guess, (memory, before))
+        end = (base + _times(see, f))[2 * m :].reshape(2, m)
+        memory = law.advance(memory, before, (end[0], end[1]), step)
         new = _times(matrices.free[1], x) + _times(to_force[1][0], f0)
         new = new + _times(to_force[1][1], f[:m]) + _times(to_force[1][2], f[m:]) + push[1]
         ahead = jnp.concatenate([3 * f[m:] - 3 * f[:m] + f0, 6 * f[m:] - 8 * f[:m] + 3 * f0])
-        return new, f[m:], ahead, defect
+        return new, f[m:], ahead, memory, defect
 
     def advance(carry: tuple[Array, ...], w: tuple[Array, Array]) -> tuple[Any, Any]:
         w0, w1 = w
         worst = jnp.zeros(())
         state = carry
         if law.jumps:
-            fresh = law.force(*seen_at(carry[0], w0))
-            state = (carry[0], fresh, jnp.concatenate([fresh, fresh]))
+            memory = carry[3]
+            fresh = law.whole_force(memory, *seen_at(carry[0], w0))
+            state = (carry[0], fresh, jnp.concatenate([fresh, fresh]), memory)
 
         def part(k: int, now: tuple[Any, Array]) -> tuple[Any, Array]:
             state, worst = now
@@ -269,9 +347,11 @@ def _march_laws(
             state, worst = jax.lax.fori_loop(0, substeps, part, (state, worst))
         return state, (state[0], state[1], worst)
 
-    f0 = law.force(*seen_at(x0, first[0]))
-    carry = (x0, f0, jnp.concatenate([f0, f0]))
-    _, (states, forces, worst) = jax.lax.scan(advance, carry, (first, last))
+    began = seen_at(x0, first[0])
+    memory = law.begin(*began) if given is None else given
+    f0 = law.whole_force(memory, *began)
+    carry = (x0, f0, jnp.concatenate([f0, f0]), memory)
+    carry, (states, forces, worst) = jax.lax.scan(advance, carry, (first, last))
     states = jnp.concatenate([x0[None], states])
     forces = jnp.concatenate([f0[None], forces])
-    return states, forces, jnp.concatenate([jnp.zeros(1), worst])
+    return March(states, forces, jnp.concatenate([jnp.zeros(1), worst]), carry[3])

@@ -10,9 +10,17 @@ from typing import Any
 import jax
 import numpy as np
 
+from .balance import law_equilibrium
 from .drives import Drive
 from .exact import Plan, exact_outputs, plan_of
-from .extended import Acting, acting_laws, law_equilibrium, law_places, march, strengths, widths
+from .extended import (
+    Acting,
+    acting_laws,
+    law_places,
+    march,
+    strengths,
+    widths,
+)
 from .linear import Array, Mechanism, Port, state_space
 from .plant import Plant, numbers_vector
 
@@ -31,7 +39,13 @@ MOST_REFINEMENT = 64
 MOST_STEPS = 4_000_000
 """Most steps of one motion with laws [-]; some seconds."""
 
-CONVERGED, NOT_CONVERGED = "converged", "not_converged"
+CONVERGED, NOT_CONVERGED, LEFT_MODEL = "converged", "not_converged", "left_model"
+
+SENTENCES = {
+    CONVERGED: "The motion was simulated.",
+    NOT_CONVERGED: "Not converged: the steps were not fine enough. Raise the sample_rate.",
+}
+"""What a status means [-]."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +64,7 @@ class Motion:
         error: estimated error of the worst state as a share of its largest value; 0 where the
             response is exact [-].
         refinement: steps of the integrator a sample; 1 where the response is exact [-].
+        doubt: one sentence where the motion went beyond what its model holds for [-].
     """
 
     times: np.ndarray
@@ -61,11 +76,19 @@ class Motion:
     samples: np.ndarray
     error: float = 0.0
     refinement: int = 1
+    doubt: str = ""
 
     @property
     def status(self) -> str:
-        """``converged``, or ``not_converged`` where `error` exceeds the tolerance."""
+        """``converged``; ``not_converged`` where `error` exceeds the tolerance; ``left_model``."""
+        if self.doubt:
+            return LEFT_MODEL
         return CONVERGED if self.error <= TOLERANCE else NOT_CONVERGED
+
+    @property
+    def sentence(self) -> str:
+        """The status in words."""
+        return self.doubt or SENTENCES[self.status]
 
     def columns(self) -> dict[str, np.ndarray]:
         """Every curve by its name in a table, ``time`` first [SI].
@@ -124,7 +147,7 @@ def respond(
 
     Source: tests/model/test_motion.py, against scipy's expm and solve_ivp.
     """
-    times = _uniform(times)
+    times = uniform(times)
     numbers = {name: float(number) for name, number in _numbers(mechanism, numbers).items()}
     acting = acting_laws(laws, mechanism)
     plan = plan_of(mechanism, drive, sensors, whole=True)
@@ -162,7 +185,7 @@ def respond_batch(
 
     Source: as for `respond`; `supple.studies.benchmark` times it.
     """
-    times = _uniform(times)
+    times = uniform(times)
     named = {name: np.asarray(v, float) for name, v in _numbers(mechanism, table).items()}
     lengths = {value.size for value in named.values() if value.ndim}
     if len(lengths) > 1 or any(value.ndim > 1 for value in named.values()):
@@ -195,7 +218,12 @@ def _numbers(mechanism: Mechanism, given: Mapping[str, Any]) -> dict[str, Any]:
     return {name: given[name] for name in mechanism.names}
 
 
-def _uniform(times: np.ndarray) -> np.ndarray:
+def uniform(times: np.ndarray) -> np.ndarray:
+    """Sample times [s] as an array, checked to be uniform from 0 on.
+
+    Raises:
+        ValueError: where they are not, or are fewer than two.
+    """
     times = np.asarray(times, dtype=float)
     step = (times[-1] - times[0]) / (len(times) - 1) if times.ndim == 1 and len(times) > 1 else 0.0
     if not step > 0 or times[0] != 0 or np.ptp(np.diff(times)) > 1e-6 * step:

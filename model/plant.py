@@ -35,7 +35,7 @@ class Plant:
 
     @cached_property
     def laws(self) -> tuple[tuple[str, Law], ...]:
-        """Each (place, law) that has a strength in `z`, in order."""
+        """Each (place, law) that has numbers in `z`, in order."""
         kinds = self.mechanism.law_places()
         return tuple(
             (place, law)
@@ -44,11 +44,20 @@ class Plant:
         )
 
     @cached_property
+    def law_numbers(self) -> tuple[tuple[str, Law, str], ...]:
+        """Each (place, law, symbol of a shape, or nothing for the strength) in `z`, in order."""
+        return tuple(
+            (place, law, symbol)
+            for place, law in self.laws
+            for symbol in ("", *(shape.symbol for shape in law.shapes))
+        )
+
+    @cached_property
     def slots(self) -> dict[str, slice]:
         """Where each part of `z` lies: numbers, strengths, start, drive, offset, gain, delay."""
         sizes = {
             "numbers": len(self.mechanism.names),
-            "strengths": len(self.laws),
+            "strengths": len(self.law_numbers),
             "start": self.n_states,
             "drive": len(self.inputs),
             "offset": len(self.sensors),
@@ -119,8 +128,8 @@ class Wiring:
     Attributes:
         select: one row for each law row in force, over all law rows of the mechanism,
             shape (rows, all rows) [-].
-        spread: from the plant's strengths to the strength of every law of the library on every
-            row, shape (laws, rows, strengths) [-].
+        spread: from the plant's strengths and shapes to those of every law of the library on
+            every row, shape (numbers of all laws, rows, strengths and shapes) [-].
         owner: from the plant's law places to rows, shape (rows, places) [-].
     """
 
@@ -150,23 +159,27 @@ def _row_count(mechanism: Mechanism, place: str) -> int:
 
 
 def _wire(plant: Plant) -> Wiring:
-    mechanism, laws = plant.mechanism, laws_of(plant.mechanism)
+    mechanism = plant.mechanism
+    names = [
+        (law.name, symbol)
+        for law in laws_of(mechanism)
+        for symbol in ("", *(shape.symbol for shape in law.shapes))
+    ]
     everywhere = list(mechanism.law_places())
     low = np.cumsum([0, *(_row_count(mechanism, place) for place in everywhere)])
     rows = 2 ** int(np.ceil(np.log2(plant.rows))) if plant.rows else 0
     select = np.zeros((rows, low[-1]))
-    spread = np.zeros((len(laws), rows, len(plant.laws)))
+    spread = np.zeros((len(names), rows, len(plant.law_numbers)))
     owner = np.zeros((rows, len(plant.law_places)))
-    names = [law.name for law in laws]
     row = 0
     for index, place in enumerate(plant.law_places):
         first, count = low[everywhere.index(place)], _row_count(mechanism, place)
         mine = slice(row, row + count)
         select[mine, first : first + count] = np.eye(count)
         owner[mine, index] = 1.0
-        for slot, (where, law) in enumerate(plant.laws):
+        for slot, (where, law, symbol) in enumerate(plant.law_numbers):
             if where == place:
-                spread[names.index(law.name), mine, slot] = 1.0
+                spread[names.index((law.name, symbol)), mine, slot] = 1.0
         row += count
     return Wiring(select, spread, owner)
 

@@ -150,6 +150,85 @@ def march(
     return jax.tree.map(lambda x: x.reshape(blocks * refresh, *x.shape[2:])[:steps], found)
 
 
+SETTLED = 1e-10
+"""Last change of an acceleration, as a share of the largest, at which one step is done [-]."""
+
+MOST_ITERATIONS = 25
+"""Newton steps after which one step is given up [-]."""
+
+
+def one_step(
+    imbalance: Callable[[Array, Array, Array], Array],
+    q: Array,
+    v: Array,
+    guess: Array,
+    step: Array,
+    inverse: Array,
+    scale: Array,
+) -> tuple[Array, Array, Array, Array]:
+    """One step of any length of one design, iterated until it is settled.
+
+    Args:
+        imbalance: of positions, velocities and accelerations at the stages, shape (n, 3) each,
+            as for `march`, shape (n, 3) [N or N m].
+        q: positions, shape (n,) [SI].
+        v: velocities, shape (n,) [SI].
+        guess: accelerations at the stages to begin with, shape (n, 3) [SI].
+        step: h; nothing moves where it is 0 [s].
+        inverse: see `iteration_matrix`, shape (n, n, 3, 3).
+        scale: accelerations against which a change is small, shape (n,) [SI].
+
+    Returns:
+        positions and velocities at the end, accelerations at the stages [SI], and the last change
+        of an acceleration as a share of its scale, shape () [-].
+    """
+    size = 3 * len(q)
+    whole = inverse.transpose(0, 2, 1, 3).reshape(size, size)
+
+    def improve(state: tuple[Any, ...]) -> tuple[Any, ...]:
+        a, done, _ = state
+        left = jax.lax.cond(
+            step > 0, lambda: imbalance(*at_stages(q, v, a, step), a), lambda: jnp.zeros_like(a)
+        )
+        move = (whole @ left.reshape(size)).reshape(a.shape)
+        return a - move, done + 1, jnp.max(jnp.abs(move) / scale[:, None])
+
+    def goes_on(state: tuple[Any, ...]) -> Array:
+        _, done, change = state
+        return (done < 2) | ((change > SETTLED) & (done < MOST_ITERATIONS))
+
+    a, _, change = jax.lax.while_loop(goes_on, improve, (guess, 0, jnp.asarray(jnp.inf)))
+    at, rate = at_stages(q, v, a, step)
+    return at[:, 2], rate[:, 2], a, change
+
+
+def at_stages(q: Array, v: Array, a: Array, step: Array) -> tuple[Array, Array]:
+    """Positions and velocities at the stages of a step, shape (n, 3) each [SI].
+
+    Args:
+        q: positions at its start, shape (n,) [SI].
+        v: velocities there, shape (n,) [SI].
+        a: accelerations at the stages, shape (n, 3) [SI].
+        step: h [s].
+    """
+    along = v[:, None] * (step * jnp.asarray(NODES))
+    rate = v[:, None] + step * (a @ jnp.asarray(WEIGHTS.T))
+    return q[:, None] + along + step**2 * (a @ jnp.asarray(TWICE.T)), rate
+
+
+def continued(stages: Array, ratio: Array) -> Array:
+    """A guess of the accelerations at the stages of a step `ratio` times as long as the last [SI].
+
+    Args:
+        stages: those of the last step, shape (n, 3) [SI].
+        ratio: up to 1; at 0 they stay as they ended [-].
+    """
+    powers = jnp.asarray(np.linalg.inv(np.vander(NODES, 3, increasing=True)))
+    reach = 1.0 + ratio * jnp.asarray(NODES)
+    ahead = jnp.stack([jnp.ones(3), reach, reach * reach], axis=1) @ powers
+    return stages @ ahead.T
+
+
 def _apart(step: Array, work: Callable[[], Numbers]) -> Numbers:
     """The result of `work`, kept from being worked out anew wherever it is used.
 

@@ -13,7 +13,7 @@ from jax.core import Tracer
 from .chain import DERIVATIVES, FORCES
 from .delay import shift
 from .linear import Array, make_step
-from .march import ActingRows, acting_space, march_rows, offset_mask, space_of
+from .march import ActingRows, March, acting_space, march_rows, offset_mask, space_of
 from .plant import Plant
 from .told import accelerated
 
@@ -21,16 +21,16 @@ from .told import accelerated
 @partial(jax.jit, static_argnums=(0, 1))
 def _simulate(
     bare: Plant, substeps: int, z: Array, acting: ActingRows, inputs: Array, step: Array
-) -> tuple[Array, Array, Array]:
+) -> tuple[Array, March]:
     bare, z, inputs = accelerated(bare, z, inputs, step)
-    states, forces, defect = march_rows(bare, substeps, z, acting, inputs, step)
+    motion = march_rows(bare, substeps, z, acting, inputs, step)
     space = acting_space(bare, z, acting)
     drive = inputs + z[bare.slots["drive"]] * offset_mask(bare)
-    felt = jnp.concatenate([_felt(bare, drive, step), forces], axis=1)
-    outputs = states @ space.c.T + felt @ space.d.T
+    felt = jnp.concatenate([_felt(bare, drive, step), motion.forces], axis=1)
+    outputs = motion.states @ space.c.T + felt @ space.d.T
     outputs = shift(outputs, z[bare.slots["delay"]] / step) * (1.0 + z[bare.slots["gain"]])
     outputs = outputs + z[bare.slots["offset"]]
-    return jnp.concatenate([outputs, defect[:, None]], axis=1), states, forces
+    return jnp.concatenate([outputs, motion.defect[:, None]], axis=1), motion
 
 
 def _split(plant: Plant, z: Any) -> tuple[Any, Any]:
@@ -129,13 +129,33 @@ def _tangents(
 
 
 def state_history(
-    plant: Plant, substeps: int, z: Array, inputs: Array, step: Any, widths: Array
-) -> tuple[np.ndarray, np.ndarray]:
-    """States (t, states) and law forces (t, law rows) of a motion [SI]; see `simulate`."""
+    plant: Plant,
+    substeps: int,
+    z: Array,
+    inputs: Array,
+    step: Any,
+    widths: Array,
+    memory: Any = None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A motion with its inside; see `simulate`.
+
+    Args:
+        plant: what is simulated (static).
+        substeps: steps of the integrator a sample (static).
+        z: all that varies, see `Plant` [SI].
+        inputs: sampled inputs, shape (t, inputs) [SI].
+        step: sampling interval [s].
+        widths: rounding of corners at each law place, shape (places, 2) [SI].
+        memory: what laws remember of a run before; None where there was none.
+
+    Returns:
+        States (t, states), law forces (t, law rows) [SI], and what laws remember at the end.
+    """
     bare, strengths = _split(plant, z)
-    acting = _acting(plant, strengths, widths)
-    _, states, forces = _simulate(plant.bare, substeps, bare, acting, inputs, jnp.asarray(step))
-    return np.asarray(states), np.asarray(forces)[:, : plant.rows]
+    acting = _acting(plant, strengths, widths)._replace(memory=memory)
+    _, motion = _simulate(plant.bare, substeps, bare, acting, inputs, jnp.asarray(step))
+    forces = np.asarray(motion.forces)[:, : plant.rows]
+    return np.asarray(motion.states), forces, np.asarray(motion.memory)
 
 
 @partial(jax.jit, static_argnums=0)

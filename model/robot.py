@@ -65,13 +65,27 @@ _ALL = (
     _number("wrist_damping", 15.0, "N m s/rad", "damping of the wrist", 0.0, 1e6),
 )
 
-PARAMETERS: dict[str, Parameter] = {parameter.name: parameter for parameter in _ALL}
+INCLINATION = "swing_plane_inclination"
+"""The number that gives the planar robot its weight; no preset names it, and without it the swing
+plane is horizontal [rad]."""
+
+_PLANE = Parameter(
+    INCLINATION,
+    0.0,
+    "rad",
+    0.0,
+    math.pi / 2,
+    meaning="angle of the swing plane against the horizontal, for its weight",
+    source="a horizontal plane",
+)
+
+PARAMETERS: dict[str, Parameter] = {parameter.name: parameter for parameter in (*_ALL, _PLANE)}
 """Every number a robot's rig may name, with unit, default bounds and meaning."""
 
 _ROBO_V = {
     name: parameter.value
     for name, parameter in PARAMETERS.items()
-    if not name.endswith(("_upper", "_lower"))
+    if not name.endswith(("_upper", "_lower")) and name != INCLINATION
 }
 
 PRESETS: dict[str, dict[str, float]] = {

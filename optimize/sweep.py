@@ -25,6 +25,9 @@ from .sweep_tile import (
 TILE = 512
 """Designs of one tile at most [-]: what a kill can lose, and what is compiled once."""
 
+FEW = 128
+"""So many designs off the grid, or fewer, are filled up to this number; others to tiles [-]."""
+
 TILE_BYTES = 64e6
 """Samples of one tile take at most this much [byte]."""
 
@@ -97,8 +100,12 @@ class SweepTask:
     @property
     def tile(self) -> int:
         """Designs of one tile [-]."""
-        most = max(1, int(TILE_BYTES / (8 * len(self.times))))
-        return min(TILE, most, self.count)
+        return min(self._most, self.count)
+
+    @property
+    def _most(self) -> int:
+        """Designs that are worked on together at most [-]."""
+        return min(TILE, max(1, int(TILE_BYTES / (8 * len(self.times)))))
 
     @property
     def tiles(self) -> int:
@@ -222,19 +229,15 @@ def sweep(
 
     Source: tests/optimize/test_sweep.py.
     """
-    unknown = [name for name in task.scores if name not in score.SCORES]
-    if unknown or not task.scores:
-        raise ValueError(
-            f"scores: expected some of {', '.join(score.SCORES)}, found {unknown or 'none'}. "
-            "Mend: name one of these."
-        )
+    _check_scores(task)
     sheet = sheet or blank_sheet(task)
     grid, scales = task.grid(), _scales(task)
     resumed = int(np.sum(sheet.done))
     for tile in range(task.tiles):
         if not sheet.done[tile]:
             low, high = tile * task.tile, min((tile + 1) * task.tile, task.count)
-            fields, shape = _tile(task, grid, scales, low)
+            designs = np.minimum(np.arange(low, low + task.tile), task.count - 1)
+            fields, shape = _tile(task, grid, scales, task.numbers_of(designs))
             for name, values in fields.items():
                 sheet.fields[name][low:high] = values[: high - low]
             sheet.shape[low:high] = shape[: high - low]
@@ -256,6 +259,43 @@ def sweep(
     )
 
 
+def score_designs(task: SweepTask, numbers: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Scores of any designs, on the grid or off it.
+
+    Args:
+        task: as for `sweep`; of its axes only the first design is looked at.
+        numbers: what differs from design to design, by name, each of shape (designs,) [SI].
+
+    Returns:
+        The task's scores by name, each of shape (designs,) [SI unit of the score].
+
+    Raises:
+        ValueError: as for `sweep`.
+
+    Source: the same evaluation as that of `sweep`; filled up to few shapes that are compiled.
+    """
+    _check_scores(task)
+    grid, scales = task.grid(), _scales(task)
+    count = len(next(iter(numbers.values())))
+    width = min(task._most, FEW if count <= FEW else TILE)
+    found = {name: np.empty(count) for name in task.scores}
+    for low in range(0, count, width):
+        designs = np.minimum(np.arange(low, low + width), count - 1)
+        fields, _ = _tile(task, grid, scales, {name: v[designs] for name, v in numbers.items()})
+        for name, values in found.items():
+            values[low : low + width] = fields[name][: count - low]
+    return found
+
+
+def _check_scores(task: SweepTask) -> None:
+    unknown = [name for name in task.scores if name not in score.SCORES]
+    if unknown or not task.scores:
+        raise ValueError(
+            f"scores: expected some of {', '.join(score.SCORES)}, found {unknown or 'none'}. "
+            "Mend: name one of these."
+        )
+
+
 def _scales(task: SweepTask) -> np.ndarray:
     """Roots of the masses of the first design, which make coordinates comparable."""
     first = {name: float(value[0]) for name, value in task.numbers_of(np.array([0])).items()}
@@ -265,11 +305,9 @@ def _scales(task: SweepTask) -> np.ndarray:
 
 
 def _tile(
-    task: SweepTask, grid: Grid, scales: np.ndarray, low: int
+    task: SweepTask, grid: Grid, scales: np.ndarray, varied: Mapping[str, np.ndarray]
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Fields and mode shapes of one tile; the last one is filled up with its last design."""
-    designs = np.minimum(np.arange(low, low + task.tile), task.count - 1)
-    varied = task.numbers_of(designs)
+    """Fields and mode shapes of one tile of designs."""
     fixed = {name: v for name, v in task.numbers.items() if name not in varied}
     sensors = (task.sensor, GRIP) if "grip_displacement_peak" in task.scores else (task.sensor,)
     tile = tile_of(task.mechanism, varied, fixed, task.drive, grid, sensors)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -41,6 +41,8 @@ class SweepSpec:
         window: first and last time that count [s]; None for all.
         axes: the table ``[axes]``, one table a parameter.
         sha256: of the file's bytes.
+        search: the table ``[search]``, as it stands.
+        sensitivity: the table ``[sensitivity]``, as it stands; None where there is none.
     """
 
     path: Path
@@ -51,6 +53,8 @@ class SweepSpec:
     window: tuple[float, float] | None
     axes: dict[str, dict[str, Any]]
     sha256: str
+    search: Mapping[str, Any] = field(default_factory=dict)
+    sensitivity: Mapping[str, Any] | None = None
 
 
 class _Table(BaseModel):
@@ -75,17 +79,25 @@ class _Axis(_Table):
     values: list[float] | None = None
 
 
+class _Sensitivity(_Table):
+    samples: int = Field(default=4096, ge=2, le=2**20)
+    parameters: dict[str, _Axis] = Field(default_factory=dict)
+
+
 class _File(_Table):
     sweep: _Sweep
     axes: dict[str, _Axis]
     search: dict[str, Any] = Field(default_factory=dict)
+    sensitivity: _Sensitivity | None = None
 
 
-def read_spec(path: Path | str) -> SweepSpec:
+def read_spec(path: Path | str, needs_axes: bool = True) -> SweepSpec:
     """Reads a spec and checks what can be checked without its rig.
 
     Args:
-        path: a TOML file with ``[sweep]`` and ``[axes]``; ``[search]`` is another command's.
+        path: a TOML file with ``[sweep]`` and ``[axes]``; ``[search]`` and ``[sensitivity]`` are
+            kept as they stand.
+        needs_axes: whether a file without ``[axes]`` is refused.
 
     Returns:
         The spec, its times in s.
@@ -100,11 +112,12 @@ def read_spec(path: Path | str) -> SweepSpec:
         mend = "name the file that has [sweep]"
         raise fault(path, "[sweep]", "a spec with a table [sweep]", found, mend)
     axes = document.get("axes", {})
-    if not isinstance(axes, Mapping) or not axes:
+    if not isinstance(axes, Mapping) or (needs_axes and not axes):
         mend = "add such as wrist_stiffness = { start = 50.0, step = 75.0, count = 75 }"
         raise fault(path, "[axes]", "at least one axis", "none", mend)
     flat = _flat(axes)
-    own = validated(_File, {**document, "axes": flat}, path).sweep
+    whole = validated(_File, {**document, "axes": flat}, path)
+    own = whole.sweep
     if not own.scores or len(set(own.scores)) < len(own.scores):
         found = "the same twice" if own.scores else "none"
         raise fault(path, "[sweep] scores", "scores, each once", found, "name some of them")
@@ -119,7 +132,8 @@ def read_spec(path: Path | str) -> SweepSpec:
         raise fault(path, "[sweep] window", expected, shown(own.window), mend)
     pair = None if window is None else (window[0], window[1])
     rig, drive = path.parent / own.rig, path.parent / own.drive
-    return SweepSpec(path, rig, drive, tuple(own.scores), own.of, pair, flat, sha256)
+    further = (whole.search, document.get("sensitivity"))
+    return SweepSpec(path, rig, drive, tuple(own.scores), own.of, pair, flat, sha256, *further)
 
 
 def _flat(axes: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -148,25 +162,44 @@ def axes_of(spec: SweepSpec, rig: Rig) -> tuple[Axis, ...]:
         ValueError: one line with file, place, expected, found and mend: for an unknown parameter,
             a form that is not one, values that cannot be, or a grid beyond all measure.
     """
-    known: Mapping[str, Parameter] = rig.parameters
-    if rig.kind == "robot":
-        known = {**PARAMETERS, **rig.parameters}
     found = []
     for name, table in spec.axes.items():
         place = f"[axes] {name}"
-        if name not in known:
-            like = nearest(name, known)
-            mend = f"write '{like}'" if like else "name one of these"
-            expected = f"a parameter of {rig.path.name}: {one_of(known, 40)}"
-            raise fault(spec.path, place, expected, f"'{name}'", mend)
+        known = parameter_of(rig, name, spec.path, place)
         values = _values(spec.path, place, table)
-        _check_values(spec.path, place, values, known[name])
-        found.append(Axis(name, values, known[name].unit))
+        check_values(spec.path, place, values, known)
+        found.append(Axis(name, values, known.unit))
     count = math.prod(len(axis.values) for axis in found)
     if count > MOST_DESIGNS:
         expected = f"at most {MOST_DESIGNS:g} designs"
         raise fault(spec.path, "[axes]", expected, f"{count:.3g}", "lower a 'count'")
     return tuple(found)
+
+
+def parameter_of(rig: Rig, name: str, path: Path, place: str) -> Parameter:
+    """A rig's parameter, with its unit and what it may be.
+
+    Args:
+        rig: the rig.
+        name: of the parameter.
+        path: of the file that names it.
+        place: where in that file.
+
+    Returns:
+        The parameter.
+
+    Raises:
+        ValueError: where the rig has none of that name.
+    """
+    known: Mapping[str, Parameter] = rig.parameters
+    if rig.kind == "robot":
+        known = {**PARAMETERS, **rig.parameters}
+    if name not in known:
+        like = nearest(name, known)
+        mend = f"write '{like}'" if like else "name one of these"
+        expected = f"a parameter of {rig.path.name}: {one_of(known, 40)}"
+        raise fault(path, place, expected, f"'{name}'", mend)
+    return known[name]
 
 
 def _values(path: Path, place: str, table: Mapping[str, Any]) -> np.ndarray:
@@ -198,8 +231,20 @@ def _values(path: Path, place: str, table: Mapping[str, Any]) -> np.ndarray:
     return np.geomspace(low, high, count) if is_log else np.linspace(low, high, count)
 
 
-def _check_values(path: Path, place: str, values: np.ndarray, parameter: Parameter) -> None:
-    """Masses and inertias are above zero; what a rig may not have below zero is not below."""
+def check_values(path: Path, place: str, values: np.ndarray, parameter: Parameter) -> None:
+    """Refuses values with which no design can be built.
+
+    Masses and inertias are above zero; what a rig may not have below zero is not below.
+
+    Args:
+        path: of the file that holds them.
+        place: where in that file.
+        values: shape (n,) [SI].
+        parameter: what they are values of.
+
+    Raises:
+        ValueError: for the first value that cannot be.
+    """
     unit = parameter.unit
     positive = unit in ("kg", "kg m^2")
     bad = ~np.isfinite(values)

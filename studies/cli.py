@@ -89,17 +89,26 @@ def simulate(
 def identify(
     records: Records,
     rig: RigFile = None,
+    posterior: Annotated[
+        bool, typer.Option("--posterior", help="Sample the constants' posterior too.")
+    ] = False,
+    steps: Annotated[
+        int | None,
+        typer.Option("--steps", min=200, help="The most steps that the posterior may take."),
+    ] = None,
     out: Out = None,
     seed: Seed = 0,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Fit the rig's constants to records, with error bars."""
+    """Fit the rig's constants to records, with error bars; sampling takes up a killed run."""
     from .engine import progress_of
     from .identify import identify_records, show_fit
 
     session = Session(out, seed, as_json, quiet)
-    result, trusted = identify_records(records, rig, out, seed, progress_of(session.talks))
+    result, trusted = identify_records(
+        records, rig, out, seed, progress_of(session.talks), posterior, steps
+    )
     finish(replace(session, out=None), result, "fit.json", show_fit, trusted)
 
 
@@ -168,6 +177,34 @@ def sweep(
     )
     progress("")
     finish(replace(session, out=None), result, "map.json", show_map, trusted)
+
+
+@command
+def search(
+    spec: Annotated[Path, typer.Argument(metavar="SPEC", help="What to search, a TOML file.")],
+    storage: Annotated[
+        str | None,
+        typer.Option("--storage", metavar="URL", help="Where trials are kept, not as in SPEC."),
+    ] = None,
+    trials: Annotated[
+        int | None, typer.Option("--trials", min=1, help="How many designs, not as in SPEC.")
+    ] = None,
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Search for the best designs; go on where an earlier run stopped."""
+    from .engine import progress_of
+    from .search import search_spec, show_search
+
+    session = Session(out, seed, as_json, quiet)
+    progress = progress_of(session.talks)
+    result, trusted = search_spec(
+        spec, out, seed, storage, trials, lambda done, of: progress(f"design {done} of {of}")
+    )
+    progress("")
+    finish(replace(session, out=None), result, "search.json", show_search, trusted)
 
 
 @command

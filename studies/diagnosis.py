@@ -105,6 +105,13 @@ def extended_rig(found: Diagnosis, rig: Rig) -> Rig:
         candidate = trial.candidate
         index = fit.index(candidate.entry.label)
         strength = {"value": fit.value(index), "std": fit.std(index)}
+        shapes = {
+            shape.keys[-1]: {
+                "value": fit.value(fit.index(shape.label)),
+                "std": fit.std(fit.index(shape.label)),
+            }
+            for shape in candidate.shapes
+        }
         turns = candidate.place in fit.problem.mechanism.law_places()
         turns = turns and fit.problem.mechanism.turns(candidate.place)
         rounding = fit.problem.widths.get(candidate.place, ())
@@ -113,7 +120,7 @@ def extended_rig(found: Diagnosis, rig: Rig) -> Rig:
             {
                 "law": candidate.law.name,
                 "place": candidate.place,
-                "parameters": {candidate.law.symbol_at(turns): strength, **widths},
+                "parameters": {candidate.law.symbol_at(turns): strength, **shapes, **widths},
             }
         )
     return replace(rig, parameters=numbers, laws=(*rig.laws, *laws))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,15 +17,19 @@ def identify_records(
     out: Path | None = None,
     seed: int = 0,
     progress: Progress = lambda text: None,
+    posterior: bool = False,
+    steps: int | None = None,
 ) -> tuple[dict[str, Any], bool]:
     """Fit the free constants of a rig to records.
 
     Args:
         paths: sidecars; those with ``split = "held_out"`` are left out where others remain.
         rig: a rig that overrides the sidecars'.
-        out: folder for fit.json, rig.toml and report.html.
-        seed: kept in the provenance; nothing here is drawn by chance.
+        out: folder for fit.json, rig.toml and report.html, and for posterior.nc.
+        seed: of the posterior's draws; nothing else here is drawn by chance.
         progress: told what is being done.
+        posterior: whether to sample the posterior too.
+        steps: the most that each of its ensembles may take; None for the usual number.
 
     Returns:
         The contract's ``fit.json`` and whether it is to be trusted.
@@ -39,12 +44,18 @@ def identify_records(
     from ..identification.views import record_views
     from ..model.door import write_beside
     from ..model.rig import write_rig
+    from .posterior import drop_checkpoint, posterior_section, sample_fit
 
     records = [r for r in inputs.records if r.split != "held_out"] or inputs.records
     progress("fitting")
     fit = fit_base(make_problem(records, inputs.rig))
     progress("")
+    drawn = sample_fit(fit, out, seed, steps, progress) if posterior else None
     result = fit_json(fit, inputs.provenance(seed))
+    if drawn is not None:
+        from ..identification.agreement import posterior_json
+
+        result["posterior"] = posterior_json(drawn)
     values = {e.keys[0]: fit.value(i) for i, e in enumerate(fit.model.entries) if not e.record}
     numbers = {
         name: number.at(values[name]) if name in values and number.varies else number
@@ -56,25 +67,30 @@ def identify_records(
         from .report import write_fit_report
 
         places = list(fit.problem.mechanism.law_places())
-        write_fit_report(result, record_views(fit, fit, places[0], "train"), path)
+        views = record_views(fit, fit, places[0], "train")
+        section = None if drawn is None else posterior_section(drawn, result["posterior"])
+        write_fit_report(result, views, path, section)
 
     def table(path: Path) -> None:
         write_beside(path, _text(result))
 
-    write_together(
-        out,
-        {
-            "fit.json": table,
-            "rig.toml": lambda path: write_rig(fitted, path),
-            "report.html": report,
-        },
-    )
-    return result, fit.converged
+    writers: dict[str, Callable[[Path], Any]] = {
+        "fit.json": table,
+        "rig.toml": lambda path: write_rig(fitted, path),
+        "report.html": report,
+    }
+    if drawn is not None:
+        from ..identification.sample_file import write_posterior
+
+        told = {"inputs": json.dumps(inputs.files), "seed": str(seed)}
+        writers["posterior.nc"] = lambda path: write_posterior(drawn, path, told)
+    write_together(out, writers)
+    if drawn is not None and drawn.converged:
+        drop_checkpoint(out)
+    return result, fit.converged and (drawn is None or drawn.converged)
 
 
 def _text(result: Mapping[str, Any]) -> str:
-    import json
-
     return json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
@@ -87,7 +103,8 @@ def show_fit(result: Mapping[str, Any]) -> None:
     console = Console(highlight=False, markup=False)
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for heading in ("constant", "value", "± std", "95 % interval", "unit", "identifiable"):
-        table.add_column(heading, justify="left" if heading in ("constant", "unit") else "right")
+        side = "left" if heading in ("constant", "unit") else "right"
+        table.add_column(heading, justify=side, overflow="fold")
     for name, one in result["parameters"].items():
         told = one["identifiable"]
         if one.get("partner"):
@@ -97,3 +114,7 @@ def show_fit(result: Mapping[str, Any]) -> None:
     console.print(table)
     console.print(result["sentence"])
     console.print(f"{result['status']} Noise: {result['noise']['law']}.")
+    if "posterior" in result:
+        from .posterior import show_posterior
+
+        show_posterior(result["posterior"])

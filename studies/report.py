@@ -83,13 +83,19 @@ def write_report(diagnosis: Mapping[str, Any], views: Sequence["RecordView"], pa
     return _write("diagnosis.html", context, path)
 
 
-def write_fit_report(fit: Mapping[str, Any], views: Sequence["RecordView"], path: Path) -> Path:
+def write_fit_report(
+    fit: Mapping[str, Any],
+    views: Sequence["RecordView"],
+    path: Path,
+    posterior: Mapping[str, Any] | None = None,
+) -> Path:
     """Write the page of a fit: constants with error bars, what can be told of them, the misfit.
 
     Args:
         fit: what ``fit.json`` holds, and ``title`` and ``sentence`` if there are any.
         views: channels of the records, measured and simulated; may be empty.
         path: file to write; its folder exists. An earlier file stays whole until the new one is.
+        posterior: its section, and in ``opening`` what the first screen says; None without one.
 
     Returns:
         The path.
@@ -101,6 +107,8 @@ def write_fit_report(fit: Mapping[str, Any], views: Sequence["RecordView"], path
     n_told = sum(row["identifiable"] == "yes" for row in constants)
     told = f"These records tell {n_told} of {len(constants)} constants."
     trusted = status in ("", "converged", CONVERGED)
+    trusted = trusted and (posterior is None or bool(fit["posterior"]["converged"]))
+    sections = [*([] if posterior is None else [posterior]), *fit_sections(fit, views)]
     context = {
         "title": fit.get("title") or "Constants with error bars",
         "status": "adequate" if trusted and n_told == len(constants) else "ambiguous",
@@ -109,11 +117,26 @@ def write_fit_report(fit: Mapping[str, Any], views: Sequence["RecordView"], path
         "dense": len(constants) > 12,
         "constants": constants,
         "words": fit.get("sentence") or "",
+        "posterior": "" if posterior is None else posterior["opening"],
         "misfit": _misfit(fit.get("misfit") or {}),
-        "sections": fit_sections(fit, views),
+        "sections": sections,
         "version": (fit.get("provenance") or {}).get("version", ""),
     }
     return _write("fit.html", context, path)
+
+
+def write_page(page: Mapping[str, Any], path: Path) -> Path:
+    """Write a page made of sections alone.
+
+    Args:
+        page: ``title``, ``status`` (its color), ``chip``, ``sentence``, ``sections`` and
+            ``version``; each section with ``title``, ``words``, ``figures`` and ``rows``.
+        path: file to write; its folder exists. An earlier file stays whole until the new one is.
+
+    Returns:
+        The path.
+    """
+    return _write("page.html", {"dense": len(page["sentence"]) > 170, **page}, path)
 
 
 def _write(template: str, context: Mapping[str, Any], path: Path) -> Path:

@@ -56,8 +56,10 @@ def simulate_rig(
     from ..model.extended import acting_laws
     from ..model.mechanism import mechanism_of
     from ..model.motion import CONVERGED, respond
+    from ..model.planar_motion import respond_planar
+    from ..model.robot import Robot
 
-    mechanism = mechanism_of(rig)
+    mechanism = mechanism_of(rig, planar=True)
     ports = tuple(sensor_port(text, rig, mechanism) for text in sensors)
     drive = drive_of(spec, mechanism)
     numbers = {name: number.value for name, number in rig.parameters.items()}
@@ -67,7 +69,10 @@ def simulate_rig(
         acting = acting_laws(rig.laws, mechanism)
         at_fault = spec.path
         times = np.arange(count) / spec.sample_rate
-        motion = respond(mechanism, numbers, drive, times, ports, rig.laws)
+        if isinstance(mechanism, Robot) and rig.fidelity == "planar":
+            motion = respond_planar(mechanism, numbers, drive, times, ports, rig.laws)
+        else:
+            motion = respond(mechanism, numbers, drive, times, ports, rig.laws)
         columns = motion.columns()
     except ValueError as error:
         raise ValueError(f"{at_fault}: {error}") from None
@@ -77,10 +82,12 @@ def simulate_rig(
     forced = [{"law": a.law.name, "place": a.place, "strength": a.strength} for a in acting]
     result = {
         "status": motion.status,
+        "sentence": motion.sentence,
         "rig": rig.path.name,
         "model": rig.model or "chain",
+        "fidelity": rig.fidelity,
         "drive": {"kind": spec.kind, "place": spec.place},
-        "samples": count,
+        "samples": len(motion.times),
         "sample_rate": spec.sample_rate,
         "laws": forced,
         "laws_passed_over": _passed_over(rig, forced),
@@ -233,4 +240,4 @@ def show_motion(result: Mapping[str, Any]) -> None:
     for law in result["laws_passed_over"]:
         console.print(f"! Passed over: {law['law']} of '{law['place']}', a law of a sensor.")
     if result["status"] != "converged":
-        console.print("! Not converged: the steps were not fine enough. Raise the sample_rate.")
+        console.print(f"! {result['sentence']}")

@@ -16,15 +16,24 @@ if TYPE_CHECKING:
     from ..model.drive_file import DriveSpec
     from ..model.linear import Port
     from ..model.rig import Rig
-    from ..optimize.sweep import Map, SweepTask
+    from ..optimize.search_spec import Range
+    from ..optimize.sweep import Axis, Map, SweepTask
     from ..optimize.sweep_spec import SweepSpec
 
 _RATES = ("", "/s", "/s^2")
 
 
 @dataclass(frozen=True)
-class _Asked:
-    """A spec with everything that it names."""
+class Asked:
+    """A spec with everything that it names.
+
+    Attributes:
+        spec: as read.
+        rig: as read, with the parameters that vary.
+        drive: as read.
+        task: what is swept.
+        unit: of the sensor, as text.
+    """
 
     spec: SweepSpec
     rig: Rig
@@ -32,16 +41,21 @@ class _Asked:
     task: SweepTask
     unit: str
 
-    def provenance(self, seed: int) -> dict[str, Any]:
-        """Version, sums of the inputs, and seed; nothing that changes from run to run."""
-        from .. import __version__
+    def inputs(self) -> dict[str, str]:
+        """SHA-256 of every file read, by its path."""
         from ..model.door import sha256_of
 
         inputs = {str(self.spec.path): self.spec.sha256, str(self.rig.path): self.rig.sha256}
         inputs[str(self.drive.path)] = self.drive.sha256
         if self.drive.file is not None:
             inputs[str(self.drive.file)] = sha256_of(self.drive.file.read_bytes())
-        return {"version": __version__, "inputs": inputs, "seed": seed}
+        return inputs
+
+    def provenance(self, seed: int) -> dict[str, Any]:
+        """Version, sums of the inputs, and seed; nothing that changes from run to run."""
+        from .. import __version__
+
+        return {"version": __version__, "inputs": self.inputs(), "seed": seed}
 
 
 def sweep_spec(
@@ -72,7 +86,11 @@ def sweep_spec(
     from ..optimize.sweep import sweep
     from ..optimize.sweep_file import open_sheet, publish
 
-    sheet, unfinished = None, None
+    sheet, unfinished, ranges = None, None, ()
+    if asked.spec.sensitivity is not None:
+        from ..optimize.sensitivity import ranges_of
+
+        ranges = ranges_of(asked.spec, asked.task.axes, asked.rig)
     if out is not None:
         spec, window = asked.spec, asked.task.window
         told = {
@@ -90,6 +108,14 @@ def sweep_spec(
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     result = _result(asked, found)
+    result["optima"] = {name: _optimum(asked, found, name) for name in found.scores}
+    if ranges:
+        result["sensitivity"] = _sensitivity(asked, ranges, seed)
+    if out is not None and unfinished is not None:
+        from .surface_page import write_surfaces
+
+        written = write_surfaces(result, found, out)
+        result["files"] = written
     seconds = round(time.perf_counter() - began, 3)
     result["provenance"] = {**provenance, "seconds": seconds}
     if out is not None and unfinished is not None:
@@ -99,17 +125,36 @@ def sweep_spec(
     return result, result["status"] == "swept"
 
 
-def _asked(path: Path) -> _Asked:
+def _asked(path: Path) -> Asked:
     """Spec, rig and drive, read and fitted together."""
-    from ..model.door import fault
-    from ..model.drive_file import read_drive
     from ..model.rig import read_rig
-    from ..model.robot import PARAMETERS
     from ..optimize.sweep_spec import axes_of, read_spec
 
     spec = read_spec(path)
-    rig, driven = read_rig(spec.rig), read_drive(spec.drive)
-    axes = axes_of(spec, rig)
+    rig = read_rig(spec.rig)
+    return asked_of(spec, rig, axes_of(spec, rig), spec.scores)
+
+
+def asked_of(spec: SweepSpec, rig: Rig, axes: tuple[Axis, ...], scores: tuple[str, ...]) -> Asked:
+    """A spec with its rig and drive, fitted together.
+
+    Args:
+        spec: as read.
+        rig: as read.
+        axes: what varies.
+        scores: what is wanted of every design.
+
+    Returns:
+        What a sweep or a search is asked for.
+
+    Raises:
+        ValueError: for the first fault of the drive, or of what does not fit together.
+    """
+    from ..model.door import fault
+    from ..model.drive_file import read_drive
+    from ..model.robot import PARAMETERS
+
+    path, driven = spec.path, read_drive(spec.drive)
     start_engine()
     import numpy as np
 
@@ -139,20 +184,20 @@ def _asked(path: Path) -> _Asked:
     except ValueError as error:
         text = str(error).replace("--sensor", "[sweep] of:", 1)
         raise ValueError(f"{path}: {text}") from None
-    if "grip_displacement_peak" in spec.scores and rig.kind == "chain":
+    if "grip_displacement_peak" in scores and rig.kind == "chain":
         mend = "remove it, or write scores = ['peak'] with the place in 'of'"
         expected = "scores of a chain, which has no grip"
         raise fault(path, "[sweep] scores", expected, "'grip_displacement_peak'", mend)
     window = spec.window or (0.0, float(times[-1]))
     numbers = {name: number.value for name, number in rig.parameters.items()}
     task = SweepTask(
-        mechanism, numbers, drive_of(driven, mechanism), times, window, port, spec.scores, axes
+        mechanism, numbers, drive_of(driven, mechanism), times, window, port, scores, axes
     )
     try:
         task.grid()
     except ValueError as error:
         raise ValueError(f"{path}: [sweep] {error}") from None
-    return _Asked(spec, rig, driven, task, _unit(port, rig))
+    return Asked(spec, rig, driven, task, _unit(port, rig))
 
 
 def _unit(port: Port, rig: Rig) -> str:
@@ -166,7 +211,7 @@ def _unit(port: Port, rig: Rig) -> str:
     )
 
 
-def _result(asked: _Asked, found: Map) -> dict[str, Any]:
+def _result(asked: Asked, found: Map) -> dict[str, Any]:
     """The map in words and numbers that JSON can hold."""
     import numpy as np
 
@@ -210,6 +255,63 @@ def _result(asked: _Asked, found: Map) -> dict[str, Any]:
     }
 
 
+def _optimum(asked: Asked, found: Map, name: str) -> dict[str, Any] | None:
+    """The certified optimum of a score, in words and numbers."""
+    from ..optimize.optimum import certify
+    from ..optimize.sweep_file import unit_of
+    from .optimum_words import optimum_words
+
+    one = certify(found, name)
+    if one is None:
+        return None
+    units = {axis.name: axis.unit for axis in found.task.axes} | {name: unit_of(name, asked.unit)}
+    return {
+        "status": one.status,
+        "which": "lowest" if one.is_lowest else "highest",
+        "value": one.value,
+        "design": one.design,
+        "on_grid": one.on_grid,
+        "finer_grid": {"value": one.finer, "designs": one.finer_designs},
+        "how": one.how,
+        "bounds": one.bounds,
+        "elasticity": one.elasticity,
+        "curvature": None if one.curvature is None else one.curvature.tolist(),
+        "one_percent": {key: list(ends) for key, ends in one.reach.items()},
+        "shape": {key: one.sharpness(key) for key in one.design},
+        "sentence": optimum_words(one, units),
+    }
+
+
+def _sensitivity(asked: Asked, ranges: tuple[Range, ...], seed: int) -> dict[str, Any]:
+    """Sobol indices of all scores, as JSON can hold them."""
+    from ..optimize.search_spec import axes_for
+    from ..optimize.sensitivity import SAMPLES, sensitivity
+
+    samples = (asked.spec.sensitivity or {}).get("samples", SAMPLES)
+    task = asked_of(asked.spec, asked.rig, axes_for(ranges, ()), asked.task.scores).task
+    held = {a.name: float(a.values[0]) for a in asked.task.axes if len(a.values) == 1}
+    found = sensitivity(replace(task, numbers={**task.numbers, **held}), ranges, samples, seed)
+    scores = {}
+    for name, one in found.indices.items():
+        scores[name] = {
+            key: {
+                "first": one.first[key],
+                "first_interval": list(one.first_interval[key]),
+                "total": one.total[key],
+                "total_interval": list(one.total_interval[key]),
+            }
+            for key in one.first
+        }
+    told = {r.name: {"low": r.low, "high": r.high, "log": r.is_log, "unit": r.unit} for r in ranges}
+    return {
+        "samples": samples,
+        "designs": found.designs,
+        "parameters": told,
+        "not_finite": found.not_finite,
+        "scores": scores,
+    }
+
+
 def _extreme(found: Map, name: str, lowest: bool) -> dict[str, Any] | None:
     one = found.extreme(name, lowest)
     return None if one is None else {"value": one[1], "design": one[0]}
@@ -239,6 +341,9 @@ def show_map(result: Mapping[str, Any]) -> None:
                 design = ", ".join(f"{k} {v:.5g}" for k, v in one[which]["design"].items())
                 table.add_row(name, which, f"{one[which]['value']:.5g}", one["unit"], design)
     console.print(table)
+    for one in result["optima"].values():
+        if one is not None:
+            console.print(one["sentence"])
     regions = result["regions"]
     console.print(f"The mode with most energy is overdamped in {regions['overdamped']} designs.")
     console.print(f"It is another one than next door in {regions['mode_changes']} designs.")

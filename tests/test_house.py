@@ -27,7 +27,7 @@ MAY_IMPORT = {
 PLACES = {
     "casadi": "optimize/solve.py",
     "emcee": "identification/sample.py",
-    "optuna": "optimize/search.py",
+    "optuna": "optimize/search",
     "matplotlib": "studies/",
     "jinja2": "studies/",
     "typer": "studies/",

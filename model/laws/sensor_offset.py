@@ -11,6 +11,7 @@ LAW = Law(
     dimension=(0, 0, 0),
     natural=lambda scales: scales.stretch,
     slot="offset",
+    of_channel=True,
     formula="y = y_true + b",
     sentence="The channel {place} is off by {value}.",
     cure="Zero the channel before the test, or let the fit subtract the offset.",

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from supple.identification import screen as screening
-from supple.identification.diagnose import LEAST_EVIDENCE, diagnose, split_records
+from supple.identification.diagnose import diagnose, split_records
 from supple.identification.evidence import (
     delta_bic,
     effective_samples,
     excess,
     explained,
 )
+from supple.identification.trial import LEAST_EVIDENCE
 from supple.model.law import library
 from tests.identification.benches import Bench, make_bench
 from tests.identification.conftest import CUBIC

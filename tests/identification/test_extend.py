@@ -111,6 +111,7 @@ def test_short_records_are_not_thinned(softening_fit):
 def test_an_extended_model_at_zero_strength_is_the_old_one(softening_fit):
     for candidate in screen(softening_fit)[:3]:
         model = extended_model(softening_fit, candidate)
-        x = np.append(softening_fit.x, 0.0)
+        shapes = [shape.value / shape.scale for shape in candidate.shapes]
+        x = np.append(softening_fit.x, [0.0, *shapes])
         null = solve(model, x, 0)
         assert null.cost == pytest.approx(softening_fit.cost, rel=1e-3), candidate.name

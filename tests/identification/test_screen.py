@@ -14,9 +14,9 @@ from supple.identification.screen import (
     _force_columns,
     _held,
     alikeness,
-    entry_of,
     possible_causes,
     screen,
+    trials_of,
 )
 from tests.identification.benches import make_bench
 
@@ -81,13 +81,15 @@ def test_one_sided_laws_promise_nothing_on_their_wrong_side(clean_fit, weak):
 
 
 def test_forces_of_laws_give_the_same_columns_as_the_laws_themselves(clean_fit):
-    causes = [cause for cause in possible_causes(clean_fit) if cause[1].force is not None]
-    entries = [entry_of(clean_fit, cause) for cause in causes]
-    quick = _force_columns(clean_fit, causes, entries)
+    causes = [cause for cause in possible_causes(clean_fit) if cause[1].acts]
+    trials = [trial for cause in causes for trial in trials_of(clean_fit, cause)]
+    assert len(trials) > len(causes), "a law with a shape is tried with several"
+    quick = _force_columns(clean_fit, trials)
     slow = np.zeros_like(quick)
-    for which, block in _wide(clean_fit, causes, entries):
+    for which, block in _wide(clean_fit, trials):
         slow[:, which] = block
-    for index, (place, law) in enumerate(causes):
+    for index, trial in enumerate(trials):
+        place, law = trial.cause
         size = np.linalg.norm(slow[:, index])
         gap = np.linalg.norm(quick[:, index] - slow[:, index])
         smooth = law.name in ("cubic_stiffness", "quadratic_damping")
@@ -95,10 +97,11 @@ def test_forces_of_laws_give_the_same_columns_as_the_laws_themselves(clean_fit):
         assert gap < (1e-2 if smooth else 5e-2) * size, f"{place}/{law.name}: {gap / size:.1e}"
 
 
-def _wide(fit, causes, entries):
+def _wide(fit, trials):
     """Columns by the nonlinear integrator at the laws' null, one place after the other."""
-    for index, (cause, entry) in enumerate(zip(causes, entries, strict=True)):
-        model = replace(fit.model, entries=(entry,), causes=(cause,), fixed=_held(fit))
+    for index, trial in enumerate(trials):
+        held = _held(fit) + tuple((shape, shape.value) for shape in trial.shapes)
+        model = replace(fit.model, entries=(trial.entry,), causes=(trial.cause,), fixed=held)
         yield [index], model.jacobian(np.zeros(1))[: fit.count]
 
 
@@ -106,9 +109,9 @@ def test_a_law_in_force_changes_how_columns_are_made(softening_diagnosis):
     grown = softening_diagnosis.final
     causes = possible_causes(grown)
     assert ("spring", "cubic_stiffness") not in {(place, law.name) for place, law in causes}
-    entries = [entry_of(grown, cause) for cause in causes]
-    covered = sorted(i for which, _ in _columns(grown, causes, entries) for i in which)
-    assert covered == list(range(len(causes)))
+    trials = [trial for cause in causes for trial in trials_of(grown, cause)]
+    covered = sorted(i for which, _ in _columns(grown, trials) for i in which)
+    assert covered == list(range(len(trials)))
 
 
 def test_only_laws_that_make_sense_are_tried(clean_fit, tmp_path):

@@ -23,6 +23,9 @@ NAMED = {
     "quadratic_damping",
     "clearance",
     "gravity",
+    "hysteresis",
+    "relaxation",
+    "stiffness_drift",
     "sensor_offset",
     "sensor_delay",
 }
@@ -60,9 +63,10 @@ def test_the_laws_of_the_contract_are_there():
 def test_a_law_says_what_it_is(name):
     law = LAWS[name]
     assert law.name == name
-    assert law.kind in ("link", "mass", "response", "channel")
-    assert (law.force is None) == bool(law.slot), "a force, or a number of a sensor"
-    assert law.slot in ("", "offset", "delay", "gain")
+    assert law.kind in ("link", "mass", "reading", "response", "channel")
+    assert law.acts != bool(law.slot), "a force, or a number of a sensor"
+    assert law.slot in ("", "offset", "delay", "gain", "fault")
+    assert (law.slot == "fault") == (law.fault is not None)
     assert law.replaces in ("", "stiffness", "damping")
     for text in (law.formula, law.cure, law.source, law.symbol):
         assert text.strip() == text and text

@@ -67,7 +67,7 @@ def vector(plant: Plant, numbers: dict[str, float], **parts) -> np.ndarray:
         if name in plant.slots:
             z[plant.slots[name]] = value
         else:
-            at = [law.name for _, law in plant.laws].index(name)
+            at = [(law.name, part) for _, law, part in plant.law_numbers].index((name, ""))
             z[plant.slots["strengths"].start + at] = value
     return z
 
@@ -334,7 +334,7 @@ def exact_cart(forces: dict[str, float], start, inputs, step=STEP) -> np.ndarray
 
 
 def test_every_law_of_a_link_has_a_strength_here():
-    assert {law.name for _, law in FORCED.laws} == set(STRENGTHS)
+    assert {law.name for _, law in FORCED.laws if law.memory is None} == set(STRENGTHS)
 
 
 @pytest.mark.parametrize("name", STRENGTHS)
@@ -432,7 +432,7 @@ def test_robot_with_laws_at_sleeve_and_shaft_follows_radau():
     mass, damping, stiffness = robot_matrices("robo_v")
     inverse, a, half = np.linalg.inv(mass), 1.09 - 0.125, 0.049 / 2
     rows = np.array([[-1, 1, -a], [1, 0, -half], [1, 0, half]])  # over x_G, x_cl, theta_G
-    names = [(place, law.name) for place, law in plant.laws]
+    names = [(place, law.name + part) for place, law, part in plant.law_numbers]
     z = vector(plant, PRESETS["robo_v"], start=[0, 0, 0.15, 0, 0, 0])
     low = plant.slots["strengths"].start
     z[low + names.index(("shaft", "cubic_stiffness"))] = 2e3
@@ -480,7 +480,7 @@ def test_longer_records_begin_like_shorter_ones():
 def test_history_holds_states_and_forces_of_the_laws():
     z = vector(FORCED, CART_NUMBERS, start=[0.1, -0.2], cubic_stiffness=900.0)
     arguments = jnp.asarray(wave()), STEP, jnp.asarray(WIDTHS)
-    states, forces = state_history(FORCED, 2, jnp.asarray(z), *arguments)
+    states, forces, _ = state_history(FORCED, 2, jnp.asarray(z), *arguments)
     assert states.shape == (COUNT, 2) and forces.shape == (COUNT, 1)
     close(states, run(FORCED, z, wave(), 2)[:, :2], 1e-12)
     close(forces[:, 0], 900.0 * states[:, 0] ** 3, 1e-3)
@@ -504,8 +504,8 @@ def test_tangents_are_the_central_differences_of_every_slot(strengths):
     z = vector(FORCED, CART_NUMBERS, **parts, **strengths)
     sizes = np.where(np.abs(z) > 0, np.abs(z), 0.1)
     low = FORCED.slots["strengths"].start
-    for at, (_, law) in enumerate(FORCED.laws):
-        sizes[low + at] = STRENGTHS[law.name]
+    for at, (_, law, part) in enumerate(FORCED.law_numbers):
+        sizes[low + at] = 0.1 if part else STRENGTHS.get(law.name, 1.0)
     sizes[FORCED.slots["delay"]] = STEP
     move = partial(run, FORCED, inputs=wave(), substeps=2)
     directions = jnp.asarray(np.diag(sizes))

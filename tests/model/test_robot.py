@@ -23,7 +23,7 @@ from supple.model.mechanism import mechanism_of
 from supple.model.motion import respond, respond_batch
 from supple.model.prescribed import Prescribed, through
 from supple.model.rig import read_rig
-from supple.model.robot import MODELS, PARAMETERS, PRESETS, Robot
+from supple.model.robot import INCLINATION, MODELS, PARAMETERS, PRESETS, Robot
 from tests.model.test_energies import NAMES, SPLIT, closed, club, draw, near
 from tests.reference.thesis_models import (
     Club,
@@ -450,3 +450,25 @@ def test_a_rig_gives_each_of_the_six_models_and_refuses_the_planar_one(tmp_path)
     line = str(refused.value)
     assert "\n" not in line and f"{path}: [rig] fidelity: expected 'thesis'" in line
     assert "found 'planar'. Mend: " in line
+    both = mechanism_of(read_rig(path), planar=True)
+    assert isinstance(both, Robot) and both.model == "driven_arm"
+
+
+def test_a_weight_needs_the_planar_fidelity(tmp_path):
+    path = tmp_path / "rig.toml"
+    text = '[rig]\nkind = "robot"\nmodel = "driven_arm"\nfidelity = "{}"\n[parameters]\n'
+    path.write_text(text.format("planar") + "swing_plane_inclination = 0.9\n")
+    assert INCLINATION in mechanism_of(read_rig(path), planar=True).names
+    assert INCLINATION not in ROBO_V
+    path.write_text(text.format("thesis") + "swing_plane_inclination = 0.9\n")
+    with pytest.raises(ValueError, match=r"\[parameters\] swing_plane_inclination: expected"):
+        mechanism_of(read_rig(path), planar=True)
+    path.write_text(text.format("planar") + "swing_plane_inclination = -0.1\n")
+    with pytest.raises(ValueError, match="swing_plane_inclination"):
+        read_rig(path)
+    path.write_text(
+        '[rig]\nkind = "chain"\nfidelity = "planar"\n[masses.cart]\nmass = 1.0\n'
+        '[links.spring]\nbetween = ["ground", "cart"]\nstiffness = 1.0\n'
+    )
+    with pytest.raises(ValueError, match="expected 'thesis' for a chain"):
+        mechanism_of(read_rig(path), planar=True)

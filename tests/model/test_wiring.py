@@ -28,7 +28,7 @@ def test_laws_at_any_place_share_one_program():
         plant = Plant(PAIR, (), sensors, (place,))
         z = numbers_vector(plant, PAIR_NUMBERS)
         z[plant.slots["start"]] = [0.1, -0.2, 0.0, 0.3]
-        names = [law.name for _, law in plant.laws]
+        names = [law.name + part for _, law, part in plant.law_numbers]
         z[plant.slots["strengths"].start + names.index("cubic_stiffness")] = 900.0
         found[place] = np.asarray(
             simulate(plant, 2, z, jnp.asarray(inputs), jnp.asarray(STEP), widths)

@@ -25,6 +25,7 @@ SWEEP = (
     'scores = ["rms", "log_decrement", "peak"]\n'
     'of = "clubhead:acceleration:collet"\nwindow = [0.005, 2.0]\n[axes]\n'
 )
+ONE_SCORE = SWEEP.replace('["rms", "log_decrement", "peak"]', '["rms"]')
 AXES = (
     "wrist_stiffness = { start = 50.0, step = 75.0, count = 4 }\n"
     "wrist_damping = { low = 2.0, high = 32.0, count = 5, scale = 'log' }\n"
@@ -59,7 +60,13 @@ def test_a_map_and_its_summary(tmp_path: Path, capsys: pytest.CaptureFixture[str
     said = capsys.readouterr()
     result = json.loads(said.out)
     assert result == json.loads((tmp_path / "out" / "map.json").read_text())
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["map.json", "map.nc"]
+    pictures = [
+        f"surface_{s}.{kind}" for s in ("log_decrement", "peak", "rms") for kind in ("png", "svg")
+    ]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "map.json", "map.nc", "report.html", "surface.html", *pictures,
+    ]  # fmt: skip
+    assert result["files"] == ["report.html", "surface.html", *pictures]
     held = read(tmp_path / "out" / "map.nc")
     assert held["rms"].shape == (4, 5, 3, 2)
     np.testing.assert_allclose(held["wrist_stiffness"], [50.0, 125.0, 200.0, 275.0])
@@ -107,7 +114,7 @@ def test_a_killed_sweep_is_taken_up_and_ends_the_same(tmp_path: Path) -> None:
         "wrist_damping = { start = 2.0, step = 2.0, count = 75 }\n"
         "collet_inertia = { values = [0.01, 0.02, 0.03, 0.04] }\n"
     )
-    spec = write(tmp_path, SWEEP + grid)[1]
+    spec = write(tmp_path, ONE_SCORE + grid)[1]
     environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")}
 
     def begin(out: str, *more: str) -> subprocess.Popen[str]:
@@ -140,7 +147,7 @@ def test_a_killed_sweep_is_taken_up_and_ends_the_same(tmp_path: Path) -> None:
 
 
 def test_a_changed_input_begins_anew(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    called = [*write(tmp_path), "--out", str(tmp_path), "--json"]
+    called = [*write(tmp_path, ONE_SCORE + AXES), "--out", str(tmp_path), "--json"]
     assert cli.main(called) == 0
     # as a kill between the last tile and the renaming leaves it
     (tmp_path / "map.nc").rename(tmp_path / "map.unfinished.nc")

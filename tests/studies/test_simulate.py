@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from supple.model.rig import read_rig, write_rig
+from supple.model.robot import PRESETS
 from supple.studies import cli
 
 CHAIN = """\
@@ -138,6 +139,66 @@ def test_each_of_the_six_models_moves_under_its_drive(
         assert np.degrees(moved["collet_angle"][-1]) == pytest.approx(180.0, abs=2.0)
 
 
+PLANAR = {
+    "fixed_collet": PULSE.replace("0.0051", "0.00005"),
+    "driven_collet": TORQUE.replace("3.41", "1.5"),
+    "pinned_wrist": f'[drive]\nkind = "release"\nclubhead_deflection = 0.05\n{TIMES}',
+    "driven_wrist": SINE.replace("amplitude = 1.0", "amplitude = 0.3"),
+    "passive_wrist": SWUNG,
+    "driven_arm": SWUNG,
+}
+
+
+@pytest.mark.parametrize("model", PLANAR)
+def test_each_of_the_six_models_moves_in_the_plane(
+    model: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    part = np.linspace(0.0, 1.0, 101)
+    lift = part - np.sin(2 * np.pi * part) / (2 * np.pi)
+    rows = np.stack([1.5 * part, 2.0 * lift - 2.0, lift - 1.0], axis=1)
+    lines = [",".join(map(repr, row)) for row in rows.tolist()]
+    (tmp_path / "profile.csv").write_text("\n".join(["time,arm_angle,wrist_angle", *lines]))
+    rig = ROBOT.replace("pinned_wrist", model) + 'fidelity = "planar"\n'
+    rig += "[parameters]\nswing_plane_inclination = 0.9\n"
+    called = write(tmp_path, rig, PLANAR[model].replace("-1000.0", "-300.0"))
+    sensors = ["clubhead:acceleration:absolute", "clubhead:acceleration:collet"]
+    sensors += ["shaft:strain:collet", "clubhead:velocity:absolute", "grip:angle:absolute"]
+    asked = [word for sensor in sensors for word in ("--sensor", sensor)]
+    assert cli.main([*called, *asked, "--out", str(tmp_path), "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert (result["status"], result["model"]) == ("converged", model)
+    assert result["fidelity"] == "planar" and 0 < result["error"] < 1e-6
+    moved = table(tmp_path / "motion.csv")
+    coordinates = [] if model == "fixed_collet" else ["collet_angle"]
+    coordinates += ["grip_displacement", "grip_angle", "clubhead_displacement"]
+    endings = ("", "_velocity", "_acceleration")
+    wanted = ["time", *(name + ending for ending in endings for name in coordinates)]
+    assert list(moved) == [*wanted, *sensors]
+    assert np.ptp(moved["clubhead_displacement"]) > 1e-3
+    at = PRESETS["robo_v"]["club_length"] - PRESETS["robo_v"]["grip_length"] / 2
+    bend = moved["clubhead_displacement"] - moved["grip_displacement"]
+    bend = bend - at * moved["grip_angle"]
+    np.testing.assert_allclose(moved["shaft:strain:collet"], 0.024 * bend, atol=1e-15)
+    if model == "pinned_wrist":
+        assert moved["clubhead_displacement"][0] == pytest.approx(0.05)
+    if model == "driven_arm":
+        aim = np.interp(moved["time"], rows[:, 0], rows[:, 1] + rows[:, 2])
+        assert np.abs(moved["collet_angle"] - aim).max() < 0.2
+
+
+def test_a_shaft_that_bends_too_far_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    far = PLANAR["pinned_wrist"].replace("0.05", "0.4")
+    called = write(tmp_path, ROBOT + 'fidelity = "planar"\n', far)
+    assert cli.main([*called, "--out", str(tmp_path), "--json"]) == 3
+    result = json.loads(capsys.readouterr().out)
+    assert result["status"] == "left_model" and "The shaft bends by up to" in result["sentence"]
+    assert len(table(tmp_path / "motion.csv")["time"]) == 200
+    assert cli.main(called) == 3
+    assert "! The shaft bends by up to" in capsys.readouterr().out
+
+
 def test_the_laws_of_an_extended_rig_are_in_force(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -171,7 +232,21 @@ LATE = PULSE.replace("force", "start = 5.0\nforce")
 BAD = {
     "no rig": (None, PULSE, "rig.toml"),
     "a drive of another model": (ROBOT, SINE, "drive.toml: [drive] kind"),
-    "a later fidelity": (ROBOT + 'fidelity = "planar"\n', PULSE, "rig.toml: [rig] fidelity"),
+    "a planar chain": (
+        CHAIN.replace("[masses", 'fidelity = "planar"\n[masses'),
+        RELEASE,
+        "rig.toml: [rig] fidelity",
+    ),
+    "a weight without a plane": (
+        ROBOT + "[parameters]\nswing_plane_inclination = 0.9\n",
+        PULSE,
+        "rig.toml: [parameters] swing_plane_inclination",
+    ),
+    "a planar law at a strange place": (
+        ROBOT + 'fidelity = "planar"\n[[laws]]\nlaw = "coulomb_friction"\nplace = "arm"\n',
+        PULSE,
+        "rig.toml: [[laws]] item 0 place",
+    ),
     "an impact on nothing": (CHAIN, PULSE, "drive.toml: [drive] place"),
     "an impact after the end": (ROBOT, LATE, "drive.toml: [drive] start"),
     "an impact without force": (

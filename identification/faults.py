@@ -1,0 +1,90 @@
+"""How faulty channels read what a simulation says: readings and their derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..model.law import Fault, Law
+from .free import Entry
+from .prepare import Sensor
+
+
+@dataclass(frozen=True)
+class FaultyReading:
+    """One fault of one channel, with where its numbers stand.
+
+    Attributes:
+        law: its law.
+        fault: how it reads.
+        values: strength, then shapes [SI].
+        entries: index of each among a model's entries; None where it is held.
+    """
+
+    law: Law
+    fault: Fault
+    values: tuple[float, ...]
+    entries: tuple[int | None, ...]
+
+    def read(self, readings: np.ndarray, step: float) -> np.ndarray:
+        """What the channel says of true readings, shape (n,) [unit]."""
+        return self.fault.read(self.values[0], self.values[1:], readings, step)
+
+    def along(
+        self, readings: np.ndarray, columns: np.ndarray, step: float, scale: np.ndarray
+    ) -> np.ndarray:
+        """Derivative by a model's scaled unknowns.
+
+        Args:
+            readings: true ones, shape (n,) [unit].
+            columns: their derivatives, shape (n, unknowns) [unit].
+            step: sampling interval [s].
+            scale: of each unknown [SI].
+
+        Returns:
+            Shape (n, unknowns) [unit].
+        """
+        by = np.zeros((len(self.values), len(scale)))
+        for number, index in enumerate(self.entries):
+            if index is not None:
+                by[number, index] = scale[index]
+        strength, shapes = self.values[0], self.values[1:]
+        return self.fault.along(strength, shapes, readings, step, by[0], list(by[1:]), columns)
+
+
+def faulty_readings(
+    causes: Sequence[tuple[str, Law]],
+    entries: Sequence[Entry],
+    values: Sequence[float] | np.ndarray,
+    held: Sequence[tuple[Entry, float]],
+    sensor: Sensor,
+) -> list[FaultyReading]:
+    """The faults in force on one channel, in their order.
+
+    Args:
+        causes: laws in force with their places.
+        entries: what a model varies.
+        values: of these entries [SI].
+        held: further entries with their values [SI].
+        sensor: the channel.
+    """
+    found = []
+    known: dict[tuple[str, ...], tuple[float, int | None]] = {
+        entry.keys: (value, None) for entry, value in held if entry.slot == "fault"
+    }
+    for index, entry in enumerate(entries):
+        if entry.slot == "fault":
+            known[entry.keys] = (values[index], index)
+    for place, law in causes:
+        if law.fault is None or place != sensor.channel.name:
+            continue
+        symbols = ["", *(shape.symbol for shape in law.shapes)]
+        numbers = [known[place, law.name, symbol] for symbol in symbols]
+        found.append(
+            FaultyReading(
+                law, law.fault, tuple(n[0] for n in numbers), tuple(n[1] for n in numbers)
+            )
+        )
+    return found

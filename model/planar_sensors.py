@@ -1,0 +1,136 @@
+"""What sensors see of the planar robot: a camera at rest, a rider on the bent club, a gauge."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import planar
+from .chain import DERIVATIVES
+from .linear import Port
+from .robot import STRAIN_PER_BEND
+
+TRANSLATIONS = ("position", "velocity", "acceleration")
+
+SLOPE_AT_HEAD = 1.5
+"""Slope of a cantilever at its loaded end, over its bend by its length [-]."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """How the planar robot moved, and what moved it.
+
+    Attributes:
+        q: `planar.COORDINATES`, shape (t, 4) [rad, m, rad, m].
+        v: their rates [SI].
+        a: the rates of these [SI].
+        drive: `planar.DRIVES`, shape (t, 2) [rad].
+        drive_rate: their rates, shape (t, 2) [rad/s].
+        drive_bend: the rates of these, shape (t, 2) [rad/s^2].
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    drive: np.ndarray
+    drive_rate: np.ndarray
+    drive_bend: np.ndarray
+
+
+def planar_samples(p: Mapping[str, float], track: Track, port: Port) -> np.ndarray:
+    """What one sensor sees, shape (t,) [SI unit of its quantity].
+
+    ============ ============ ======================================================================
+    quantity     frame        what is seen of clubhead, grip or, on an arm, the wrist's pivot
+    ============ ============ ======================================================================
+    position     absolute     by a camera: how far it is across the line from shoulder to ball
+    velocity     absolute     the rate of that
+    acceleration absolute     by an accelerometer that rides on it: the whole acceleration, along
+                              the sensor's axis, which lies across the shaft where it is fixed and
+                              so turns and tilts with the collet, the grip and the shaft's bend
+    position     collet       displacement in the collet's axes
+    velocity     collet       its rate
+    acceleration collet       the accelerometer's less that of a rigid club on the same collet,
+                              ``A + R th_col''`` with the pivot's own acceleration A across it
+    ============ ============ ======================================================================
+
+    Angles are those of the thesis fidelity; the wrist's is against the arm. Weight is not in an
+    acceleration: a piezo sensor passes no constant. For small motions all become the rows of
+    `supple.model.robot`; the frame's terms (``-w^2 x``, ``2 w x'``, the shaft's shortening, the
+    tilt) are of higher order.
+
+    Args:
+        p: the robot's numbers by contract name [SI].
+        track: the motion.
+        port: place, quantity and frame; checked before, see `Robot.sensor_row`.
+
+    Source: thesis lines 1291 and 1871 (what is subtracted); tests/model/test_planar_motion.py.
+    """
+    order, relative = DERIVATIVES[port.quantity], port.frame == "collet"
+    own = (track.q, track.v, track.a)[order].T
+    drive = (track.drive, track.drive_rate, track.drive_bend)[order].T
+    if port.quantity in ("strain", "deflection"):
+        scale = STRAIN_PER_BEND if port.quantity == "strain" else 1.0
+        return scale * planar.bend(p, own)
+    if port.quantity not in TRANSLATIONS:
+        turned = {"arm": drive[0], "wrist": own[0] - drive[0]}
+        if port.place == "grip":
+            return own[2] + (0.0 if relative else own[0])
+        return turned.get(port.place, own[0])
+    if port.quantity == "acceleration":
+        return _felt(p, track, port.place, relative)
+    if relative:
+        column = {"clubhead": 3, "grip": 1, "shaft": 1}.get(port.place)
+        return np.zeros(len(track.q)) if column is None else own[column]
+    return _filmed(p, track, port.place, order)
+
+
+def _filmed(p: Mapping[str, float], track: Track, place: str, order: int) -> np.ndarray:
+    """Place across the line from shoulder to ball, or its rate [m or m/s]."""
+    q, v, arm, turn = track.q.T, track.v.T, track.drive[:, 0], track.drive_rate[:, 0]
+    reach, reach_rate, x, x_rate = _place(p, track, place)[:4]
+    sine, cosine, swung = np.sin(q[0]), np.cos(q[0]), p["arm_length"]
+    if order == 0:
+        return swung * np.sin(arm) + reach * sine + x * cosine
+    along, across = reach_rate - x * v[0], x_rate + reach * v[0]
+    return swung * turn * np.cos(arm) + along * sine + across * cosine
+
+
+def _felt(p: Mapping[str, float], track: Track, place: str, relative: bool) -> np.ndarray:
+    """Acceleration along the axis of a sensor that rides on the club [m/s^2]."""
+    q, v, a = track.q.T, track.v.T, track.a.T
+    reach, reach_rate, x, x_rate, reach_bend, x_bend, tilt = _place(p, track, place)
+    arm = track.drive[:, 0], track.drive_rate[:, 0], track.drive_bend[:, 0]
+    down, side = planar.pivot_acceleration(p, arm, 0.0, np)
+    sine, cosine = np.sin(q[0]), np.cos(q[0])
+    pivot = side * cosine - down * sine
+    along = down * cosine + side * sine
+    along = along + reach_bend - v[0] ** 2 * reach - 2 * v[0] * x_rate - a[0] * x
+    across = pivot + x_bend + a[0] * reach + 2 * v[0] * reach_rate - v[0] ** 2 * x
+    felt = across * np.cos(tilt) - along * np.sin(tilt)
+    at = planar.points_of(p)
+    rigid = pivot + a[0] * {"clubhead": at.head, "grip": at.grip, "shaft": at.grip}.get(place, 0.0)
+    return felt - rigid if relative else felt
+
+
+def _place(p: Mapping[str, float], track: Track, place: str) -> tuple[np.ndarray, ...]:
+    """Where a place is in the collet's axes, how it moves there, and how its sensor is tilted.
+
+    Returns:
+        along and across the axis: positions and rates in turn, then both accelerations; the tilt
+        [m, m/s, m/s^2, rad].
+    """
+    q, v, a, none = track.q.T, track.v.T, track.a.T, np.zeros(len(track.q))
+    at = planar.points_of(p)
+    if place in ("grip", "shaft"):
+        return at.grip + none, none, q[1], v[1], none, a[1], q[2]
+    if place != "clubhead":
+        return none, none, none, none, none, none, none
+    tilt = q[2] + SLOPE_AT_HEAD * planar.bend(p, q) / at.lever
+    reach = at.head - planar.foreshortening(p, q)
+    rate = -planar.foreshortening_rate(p, q, v)
+    # of a quadratic form: its rate along the acceleration, and twice its value at the velocity
+    bend = -planar.foreshortening_rate(p, q, a) - 2 * planar.foreshortening(p, v)
+    return reach, rate, q[3], v[3], bend, a[3], tilt

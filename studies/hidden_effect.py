@@ -1,0 +1,352 @@
+"""Hides effects in records of the independent bench and counts how often they are found."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from .diagnosis import diagnose_records
+from .engine import write_together
+from .hidden_score import FAILED, outcome, tables
+from .study import Call, Study
+
+QUESTION = "How often is a hidden effect found, named and placed, and how often is one invented?"
+USUAL_CASES = 8
+"""Cases of each bench where nothing is said [-]."""
+
+BENCHES = ("A", "B")
+WORKERS = 2
+BLOCK = 20
+"""Cases that a worker does before it is replaced [-]: compiled code piles up in a process."""
+
+TWO_EVERY = 8
+"""Every so many cases two effects are hidden at once [-]; in the others one or none."""
+
+ROOT = Path(__file__).resolve().parents[1]
+CASES = "hidden_effect_cases.jsonl"
+PROTOCOL = (
+    "A case is a seed. The bench draws a club, its tests, noise and what is hidden, and writes the "
+    "records to one folder and the truth beside it.",
+    "Bench A is of lumped bodies; bench B of finite elements, with a distributed sleeve.",
+    "What is tested is given the records and the rig as a lab would have it. The truth is read "
+    "when the verdict is written.",
+    "Detectable: what the effect changes, projected off free constants, start states, offsets, "
+    "gains and clocks, is above 10 noise units and above 2 % of the records' energy.",
+    "On bench B an extra mode at the shaft is right whatever is hidden: such a club has one.",
+    "Laws that the library lacks are counted apart: there, 'unknown' is the right answer.",
+    "Every eighth case hides two effects; of the others a quarter hides none.",
+    "Intervals are of 95 %, after Clopper and Pearson.",
+)
+
+
+def run(call: Call) -> dict[str, Any]:
+    """Draw cases on both benches, diagnose each from its records alone, and count.
+
+    Args:
+        call: seed, number of cases of each bench, folder for the results, progress.
+
+    Returns:
+        The tables; hidden_effect.json, hidden_effect.md and hidden_effect.svg hold the same, and
+        hidden_effect_cases.jsonl every case, from which a run that was stopped goes on.
+
+    Raises:
+        ValueError: where this is no source checkout, or the bench refuses to draw.
+    """
+    from .. import __version__
+
+    require_bench()
+    began = time.perf_counter()
+    count = USUAL_CASES if call.cases is None else call.cases
+    wanted = [(bench, 1000 * call.seed + index) for index in range(count) for bench in BENCHES]
+    kept = None if call.out is None else call.out / CASES
+    rows = {key: row for key, row in done(kept).items() if key in wanted}
+    left = [key for key in wanted if key not in rows]
+    for row in answers(left):
+        rows[row["bench"], row["seed"]] = row
+        _append(kept, row)
+        call.progress(f"{len(rows)} of {len(wanted)}: {row['bench']} {row['seed']} {outcome(row)}")
+    call.progress("")
+    ordered = [rows[key] for key in wanted]
+    result = {
+        "question": QUESTION,
+        "protocol": list(PROTOCOL),
+        "benches": {b: tables([row for row in ordered if row["bench"] == b]) for b in BENCHES},
+        "cases": ordered,
+        "provenance": {
+            "version": __version__,
+            "seed": call.seed,
+            "seconds": round(time.perf_counter() - began, 1),
+        },
+    }
+    text = json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    write_together(
+        call.out,
+        {
+            "hidden_effect.json": lambda path: path.write_text(text, encoding="utf-8"),
+            "hidden_effect.md": lambda path: path.write_text(as_text(result), encoding="utf-8"),
+            "hidden_effect.svg": lambda path: draw(result, path),
+        },
+    )
+    return result
+
+
+def require_bench(root: Path = ROOT) -> None:
+    """Check that the bench lies beside the package; it is not shipped.
+
+    Raises:
+        ValueError: where it does not.
+    """
+    if not (root / "tests" / "lab" / "__main__.py").is_file():
+        raise ValueError(
+            f"hidden_effect: expected the bench at {root / 'tests' / 'lab'}, found none: it is not "
+            "part of what is installed. Mend: run this study from a source checkout."
+        )
+
+
+def done(path: Path | None) -> dict[tuple[str, int], dict[str, Any]]:
+    """Cases that an earlier run has answered with this version, by bench and seed."""
+    from .. import __version__
+
+    if path is None or not path.is_file():
+        return {}
+    lines = path.read_text(encoding="utf-8").split("\n")
+    rows = [json.loads(line) for line in lines[:-1]]  # the last one is empty, or was cut off
+    return {(r["bench"], r["seed"]): r for r in rows if r["version"] == __version__}
+
+
+def _append(path: Path | None, row: Mapping[str, Any]) -> None:
+    if path is None:
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    cut = path.is_file() and not path.read_bytes().endswith(b"\n") and path.stat().st_size > 0
+    with path.open("a", encoding="utf-8") as file:
+        file.write(("\n" if cut else "") + json.dumps(row, allow_nan=False) + "\n")
+
+
+def answers(cases: Sequence[tuple[str, int]]) -> Iterator[dict[str, Any]]:
+    """Rows of the cases as they are answered, by processes that are replaced now and then."""
+    spawn = multiprocessing.get_context("spawn")
+    for low in range(0, len(cases), BLOCK * WORKERS):
+        with ProcessPoolExecutor(WORKERS, spawn) as pool:
+            yield from pool.map(answer, cases[low : low + BLOCK * WORKERS])
+
+
+def answer(case: tuple[str, int]) -> dict[str, Any]:
+    """Draw one case, diagnose its records, and only then read its truth."""
+    from .. import __version__
+
+    bench, seed = case
+    with tempfile.TemporaryDirectory() as folder:
+        sidecars = draw_case(bench, seed, Path(folder))
+        began = time.perf_counter()
+        row: dict[str, Any] = {"bench": bench, "seed": seed, "version": __version__}
+        row |= _verdict(sidecars)
+        row["seconds"] = round(time.perf_counter() - began, 1)
+        row["baseline"] = white_bic(sidecars)
+        truth = json.loads((Path(folder) / "truth.json").read_text(encoding="utf-8"))
+    return row | _truth(truth)
+
+
+def draw_case(bench: str, seed: int, folder: Path) -> list[Path]:
+    """Let the bench write one case by its own command.
+
+    Returns:
+        The sidecars, held-out ones among them.
+
+    Raises:
+        ValueError: in the words of the bench.
+    """
+    command = [sys.executable, "-m", "tests.lab", "draw", "--bench", bench, "--seed", str(seed)]
+    command += ["--effects", "2"] if seed % TWO_EVERY == TWO_EVERY - 1 else []
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+    told = subprocess.run(
+        [*command, "--out", str(folder)], cwd=ROOT, env=environment, capture_output=True, text=True
+    )
+    if told.returncode:
+        words = told.stderr.strip().splitlines()
+        raise ValueError(
+            f"hidden_effect: {bench} {seed}: expected a case, found that the bench says "
+            f"'{words[-1] if words else told.returncode}'. Mend: see `python -m tests.lab --help`."
+        )
+    found = sorted((folder / "records").glob("*.toml"))
+    return [path for path in found if path.name != "rig.toml"]
+
+
+def _verdict(sidecars: Sequence[Path]) -> dict[str, Any]:
+    """What the public road says; a failure is a verdict too, with its words."""
+    try:
+        result, _ = diagnose_records(sidecars)
+    except (ArithmeticError, AssertionError, LookupError, RuntimeError, ValueError) as fault:
+        empty = dict.fromkeys(("nrmse_before", "nrmse_after", "noise_floor"))
+        return {"status": FAILED, "causes": [], "fault": str(fault)[:300], **empty}
+    keys = ("law", "place", "probability")
+    causes = [{key: cause[key] for key in keys} for cause in result["causes"]]
+    gain = result["gain"]
+    errors = {key: gain.get(key) for key in ("nrmse_before", "nrmse_after", "noise_floor")}
+    return {"status": result["status"], "causes": causes, **errors}
+
+
+def _truth(truth: Mapping[str, Any]) -> dict[str, Any]:
+    """What is kept of the truth, and whether the library has a law of each cause's name."""
+    from ..model.law import library
+
+    keys = ("law", "place", "places", "strength")
+    causes = [{key: cause[key] for key in keys} for cause in truth["causes"]]
+    return {
+        "model": truth["model"],
+        "noise": truth["noise"]["kind"],
+        "truth": causes,
+        "known": all(cause["law"] in library() for cause in causes),
+        "power": truth["power"],
+    }
+
+
+def white_bic(sidecars: Sequence[Path]) -> dict[str, Any] | None:
+    """What picking by BIC says, where the noise is taken for white and nothing else is asked.
+
+    Returns:
+        ``law`` and ``place``, empty where none lowers BIC, and the fall of BIC [-]; None where it
+        could not be computed.
+    """
+    from dataclasses import replace
+
+    import numpy as np
+
+    from ..identification.diagnose import split_records
+    from ..identification.extend import extend
+    from ..identification.fit import fit_base, solve
+    from ..identification.noise import Noise
+    from ..identification.problem import make_problem
+    from ..identification.screen import screen
+    from .engine import read_inputs
+
+    try:
+        inputs = read_inputs(sidecars, None)
+        train, _, _ = split_records(inputs.records, [])
+        base = fit_base(make_problem(train, inputs.rig))
+        white = {key: Noise((), float(np.std(base.residual_of(key)))) for key in base.keys}
+        base = solve(replace(base.model, noises=white), base.x, 8)
+        best = {"law": "", "place": "", "delta_bic": 0.0}
+        for candidate in screen(base)[:3]:
+            gain = base.cost - extend(base, candidate, 8).cost - float(np.log(base.count))
+            if gain > best["delta_bic"]:
+                name = {"law": candidate.law.name, "place": candidate.place}
+                best = {**name, "delta_bic": float(gain)}
+    except (ArithmeticError, AssertionError, LookupError, RuntimeError, ValueError):
+        return None
+    return best
+
+
+def _percent(share: Mapping[str, Any]) -> str:
+    if not share["count"]:
+        return "none drawn"
+    low, high = 100 * share["low"], 100 * share["high"]
+    shown = f"{100 * share['share']:.0f} % ({low:.0f} to {high:.0f})"
+    return f"{shown}, {share['hits']} of {share['count']}"
+
+
+HEADINGS = ("", *(f"bench {bench}" for bench in BENCHES))
+LINES = {
+    "invented cause on clean records": ("false_alarms", "all"),
+    "right law, single detectable": ("law_right",),
+    "right place as well": ("place_right_too",),
+    "right among those named": ("right_where_named",),
+    "named although the library lacks the law": ("law_absent_named_wrongly",),
+    "two effects: both named": ("several_all_right",),
+    "two effects: nothing wrong named": ("several_none_wrong",),
+    "pick-by-BIC, white: invented": ("baselines", "white_bic", "false_alarms"),
+    "pick-by-BIC, white: right": ("baselines", "white_bic", "right"),
+}
+
+
+def lines(result: Mapping[str, Any]) -> list[tuple[str, ...]]:
+    """The summary's rows, words for shares [-] and times [s]."""
+    found = []
+    for words, keys in LINES.items():
+        cells = []
+        for bench in BENCHES:
+            value: Any = result["benches"][bench]
+            for key in keys:
+                value = value[key]
+            cells.append(_percent(value))
+        found.append((words, *cells))
+    times = [result["benches"][bench]["seconds"] for bench in BENCHES]
+    spent = (f"{one['median']:g} s, 90 % within {one['most']:g} s" for one in times)
+    return [*found, ("time of a diagnosis", *spent)]
+
+
+def as_text(result: Mapping[str, Any]) -> str:
+    """The summary, the confusion matrices and the protocol as Markdown."""
+    rows = [HEADINGS, ("---",) * 3, *lines(result)]
+    parts = [f"# {result['question']}", "", *("| " + " | ".join(row) + " |" for row in rows)]
+    for bench in BENCHES:
+        parts += ["", f"## Bench {bench}: what was hidden, and what was said"]
+        for truth, said in result["benches"][bench]["confusion"].items():
+            ordered = sorted(said.items(), key=lambda pair: -pair[1])
+            parts.append(f"- {truth}: " + "; ".join(f"{count} {name}" for name, count in ordered))
+    parts += ["", "## Protocol", *(f"- {line}" for line in result["protocol"])]
+    return "\n".join(parts) + "\n"
+
+
+def draw(result: Mapping[str, Any], path: Path) -> None:
+    """Draw the power against the detectability, and the calibration."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context({"svg.hashsalt": "supple", "font.size": 10}):
+        figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+        left, right = figure.subplots(1, 2)
+        for bench, color in zip(BENCHES, ("#0072b2", "#d55e00"), strict=True):
+            table = result["benches"][bench]
+            curve = [one for one in table["power"] if one["right"]["count"]]
+            _shares(
+                left, [max(one["low"], 3.0) for one in curve], [o["right"] for o in curve], color
+            )
+            told = [one for one in table["calibration"] if one["count"]]
+            _shares(right, [(one["low"] + one["high"]) / 2 for one in told], told, color)
+            left.plot([], [], "o-", color=color, label=f"bench {bench}")
+        left.set(xscale="log", ylim=(0, 1), xlabel="projected change [noise units], class from")
+        left.set_ylabel("named and placed rightly [share]")
+        left.legend(frameon=False)
+        right.plot([0, 1], [0, 1], color="#9aa2ab", lw=1)
+        right.set(xlim=(0, 1), ylim=(0, 1), xlabel="stated probability", ylabel="right [share]")
+        figure.savefig(path, format="svg", metadata={"Date": None})
+
+
+def _shares(axes: Any, places: Sequence[float], shares: Sequence[Mapping], color: str) -> None:
+    values = [one["share"] for one in shares]
+    below = [one["share"] - one["low"] for one in shares]
+    above = [one["high"] - one["share"] for one in shares]
+    axes.errorbar(places, values, yerr=[below, above], fmt="o-", color=color, capsize=3)
+
+
+def show(result: Mapping[str, Any]) -> None:
+    """Print the summary."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False, markup=False)
+    console.print(result["question"])
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading in HEADINGS:
+        table.add_column(heading)
+    for row in lines(result):
+        table.add_row(*row)
+    console.print(table)
+    for bench in BENCHES:
+        told = result["benches"][bench]["outcomes"]
+        words = ", ".join(f"{count} {name}" for name, count in sorted(told.items()))
+        console.print(f"bench {bench}: {words}")
+
+
+STUDY = Study("hidden_effect", QUESTION, run, show)

@@ -1,0 +1,215 @@
+"""The hidden-effect study: its scoring, its road from seed to table, and that it goes on."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from supple.studies import hidden_effect
+from supple.studies.hidden_effect import (
+    answer,
+    as_text,
+    done,
+    draw,
+    draw_case,
+    lines,
+    require_bench,
+)
+from supple.studies.hidden_score import (
+    answered,
+    asked,
+    calibration,
+    intervals,
+    named,
+    outcome,
+    power_curve,
+    tables,
+)
+from supple.studies.study import Call, study_named
+
+
+def row(status="named", said=(), truth=(), bench="A", norm=200.0, known=True, **more):
+    """One case; `said` and `truth` are (law, place) pairs."""
+    causes = [{"law": law, "place": place, "probability": 0.95} for law, place in said]
+    hidden = [
+        {"law": law, "place": place, "places": [place, f"{place}_too"], "strength": 0.1}
+        for law, place in truth
+    ]
+    power = {"projected_norm": norm, "detectable": norm > 100} if truth else None
+    base = {"bench": bench, "seed": 1, "noise": "white", "model": "pinned_wrist"}
+    base |= {"nrmse_before": 0.2, "nrmse_after": 0.03, "noise_floor": 0.02, "seconds": 4.0}
+    base |= {"baseline": {"law": "", "place": "", "delta_bic": 0.0}, "known": known}
+    return base | {"status": status, "causes": causes, "truth": hidden, "power": power} | more
+
+
+FRICTION, CUBIC = ("coulomb_friction", "wrist"), ("cubic_stiffness", "shaft")
+
+
+@pytest.mark.parametrize(
+    ("case", "expected"),
+    [
+        (row("adequate"), "adequate"),
+        (row("unknown"), "flagged"),
+        (row("named", [FRICTION]), "invented"),
+        (row("named", [FRICTION], [FRICTION]), "right"),
+        (row("named", [("coulomb_friction", "wrist_too")], [FRICTION]), "right"),
+        (row("named", [("coulomb_friction", "sleeve")], [FRICTION]), "right law"),
+        (row("named", [CUBIC], [FRICTION]), "wrong"),
+        (row("ambiguous", [CUBIC, FRICTION], [FRICTION]), "right pair"),
+        (row("named", [CUBIC, FRICTION], [FRICTION]), "some"),
+        (row("named", [FRICTION], [FRICTION, CUBIC]), "some"),
+        (row("named", [CUBIC, FRICTION], [FRICTION, CUBIC]), "right"),
+        (row("unknown", [], [FRICTION]), "unknown"),
+        (row("adequate", [], [FRICTION]), "missed"),
+        (row("failed", [], [FRICTION]), "failed"),
+    ],
+)
+def test_outcomes(case, expected):
+    assert outcome(case) == expected
+
+
+def test_the_second_mode_of_a_finite_element_club_is_no_invention():
+    mode = ("extra_mode", "shaft")
+    assert outcome(row("named", [mode], bench="B")) == "adequate"
+    assert outcome(row("named", [mode], bench="A")) == "invented"
+    assert outcome(row("named", [mode, FRICTION], [FRICTION], bench="B")) == "right"
+    hidden = row("named", [mode], [("extra_mode", "clubhead")], bench="B")
+    assert named(hidden) == [mode] and outcome(hidden) == "right law"
+
+
+def test_intervals_are_those_of_clopper_and_pearson():
+    assert intervals(0, 9)["high"] == pytest.approx(1 - 0.025 ** (1 / 9))
+    assert intervals(0, 9)["low"] == 0.0 and intervals(9, 9)["high"] == 1.0
+    half = intervals(5, 10)
+    assert (half["low"], half["high"]) == pytest.approx((0.187086, 0.812914), abs=1e-6)
+    assert intervals(0, 0)["share"] is None
+    rng = np.random.default_rng(1)
+    held = 0
+    for hits in rng.binomial(40, 0.3, 400):
+        one = intervals(int(hits), 40)
+        held += one["low"] <= 0.3 <= one["high"]
+    assert held / 400 >= 0.94
+
+
+def test_tables_count_what_is_there():
+    rows = [
+        row("adequate"),
+        row("named", [FRICTION], noise="ar1"),
+        row("named", [FRICTION], [FRICTION]),
+        row("named", [CUBIC], [FRICTION], baseline={"law": "coulomb_friction", "place": "wrist"}),
+        row("unknown", [], [("slip", "sleeve")], known=False),
+        row("adequate", [], [FRICTION], norm=5.0),
+    ]
+    found = tables(rows)
+    assert found["false_alarms"]["all"]["share"] == 0.5
+    assert found["false_alarms"]["ar1"]["share"] == 1.0
+    assert found["law_right"]["hits"] == 1 and found["law_right"]["count"] == 2
+    assert found["right_where_named"]["share"] == 0.5
+    assert found["law_absent_named_wrongly"]["hits"] == 0
+    assert found["law_absent_named_wrongly"]["count"] == 1
+    assert found["confusion"]["wrist/coulomb_friction"] == {
+        "wrist/coulomb_friction": 1, "shaft/cubic_stiffness": 1, "adequate": 1,
+    }  # fmt: skip
+    assert found["baselines"]["white_bic"]["right"]["share"] == 0.5
+    assert found["baselines"]["no_extension"]["held_out"]["before"] == pytest.approx(10.0)
+    assert sum(found["outcomes"].values()) == found["cases"] == 6
+    weak = power_curve([rows[5], rows[2]])
+    assert [one["right"]["count"] for one in weak] == [1, 0, 0, 1, 0, 0, 0]
+    two = [
+        row("named", [FRICTION], [FRICTION, CUBIC]),
+        row("named", [CUBIC, FRICTION], [FRICTION, CUBIC]),
+    ]
+    both = tables([*two, row("named", [("slip", "sleeve"), CUBIC], [FRICTION, CUBIC])])
+    assert (both["several_all_right"]["hits"], both["several_none_wrong"]["hits"]) == (1, 2)
+    assert both["several_all_right"]["count"] == 3
+    sure = calibration(rows)[-1]
+    assert (sure["hits"], sure["count"]) == (1, 3)
+    assert asked(rows[0]) == "adequate" and answered(rows[4]) == "unknown"
+    assert answered(row("ambiguous", [CUBIC, FRICTION])).startswith("ambiguous: ")
+
+
+def test_without_the_bench_the_study_says_so(tmp_path):
+    with pytest.raises(ValueError, match=r"expected the bench.*source checkout"):
+        require_bench(tmp_path)
+    require_bench()
+
+
+def test_what_the_bench_refuses_is_said(tmp_path):
+    with pytest.raises(ValueError, match=r"expected a case.*Mend"):
+        draw_case("C", 1, tmp_path)
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """The study with a bench and a diagnosis that answer at once; counts what it was asked."""
+    seen = []
+
+    def rows(cases):
+        for bench, seed in cases:
+            seen.append((bench, seed))
+            truth = [FRICTION] if seed % 2 else []
+            one = row("named" if truth else "adequate", truth, truth, bench)
+            yield one | {"seed": seed, "version": hidden_effect_version()}
+
+    monkeypatch.setattr(hidden_effect, "answers", rows)
+    return seen
+
+
+def hidden_effect_version() -> str:
+    import supple
+
+    return supple.__version__
+
+
+def test_a_run_that_was_stopped_goes_on(quick, tmp_path):
+    study = study_named("hidden_effect")
+    first = study.run(Call(tmp_path, seed=3, cases=2))
+    assert quick == [(b, s) for s in (3000, 3001) for b in "AB"]
+    path = tmp_path / hidden_effect.CASES
+    path.write_text(path.read_text()[:-20])  # the last line was cut off
+    assert len(done(path)) == 3
+    quick.clear()
+    again = study.run(Call(tmp_path, seed=3, cases=3))
+    assert quick == [("B", 3001), ("A", 3002), ("B", 3002)]
+    assert len(again["cases"]) == 6 and again["cases"][:3] == first["cases"][:3]
+    names = {file.name for file in tmp_path.iterdir()}
+    assert names == {
+        hidden_effect.CASES,
+        *(f"hidden_effect.{end}" for end in ("json", "md", "svg")),
+    }
+    assert json.loads((tmp_path / "hidden_effect.json").read_text()) == again
+    text = (tmp_path / "hidden_effect.md").read_text()
+    assert all(line in text for line in again["protocol"])
+    assert "wrist/coulomb_friction: 1 wrist/coulomb_friction" in text
+
+
+def test_the_figure_and_the_summary_are_made_of_the_tables(quick, tmp_path, capsys):
+    study = study_named("hidden_effect")
+    result = study.run(Call(cases=4))
+    assert not list(tmp_path.iterdir())
+    draw(result, tmp_path / "figure.svg")
+    assert (tmp_path / "figure.svg").read_text().count("<path") > 10
+    told = dict((words, cells) for words, *cells in lines(result))
+    assert told["invented cause on clean records"][0].startswith("0 % (0 to ")
+    study.show(result)
+    assert "right place as well" in capsys.readouterr().out
+    assert as_text(result).startswith("# How often")
+
+
+def test_the_bench_writes_truth_where_nobody_looks(tmp_path):
+    sidecars = draw_case("A", 5, tmp_path)
+    assert len(sidecars) == 6
+    assert (tmp_path / "truth.json").is_file()
+    assert all(path.parent == tmp_path / "records" for path in sidecars)
+
+
+@pytest.mark.slow
+def test_one_case_of_each_bench_goes_all_the_way():
+    for bench in "AB":
+        found = answer((bench, 7))
+        assert found["status"] in ("adequate", "named", "ambiguous", "unknown")
+        assert found["seconds"] > 0 and found["noise"]
+        assert (found["power"] is None) == (found["truth"] == [])
+        assert outcome(found) in tables([found])["outcomes"]
+    assert Path(hidden_effect.ROOT, "tests", "lab").is_dir()
