@@ -43,6 +43,9 @@ EMPS_MASS, EMPS_FRICTION = 95.1, 20.4
 DAMPING = ("quadratic_damping", "coulomb_friction", "linear_damping")
 SOFTENING = ("cubic_stiffness", "gravity", "asymmetric_stiffness")
 
+FADING = "stiffness_drift"
+"""A decay whose large swings are slower is stiffer later: by amplitude or by time."""
+
 
 @dataclass(frozen=True)
 class Claim:
@@ -196,8 +199,8 @@ def _spring_mass(data: Path, progress: Progress) -> list[Claim]:
             Claim(
                 f"{kind}_causes",
                 records,
-                "adequate, or air damping; a softening spring only where the cycles, counted "
-                "without a model, slow down in large swings",
+                "adequate, or air damping; a spring that softens in large swings, or stiffens as "
+                "they fade, only where the cycles, counted without a model, are slower there",
                 f"{_told(result)}; {result['why'][0]} Counted: {in_words(counted)}",
                 _damping_or_counted(result, counted),
                 _verdict_figures(result) | {"counted": counted},
@@ -228,11 +231,12 @@ def in_words(counted: Sequence[tuple[float, float]]) -> str:
 
 def _damping_or_counted(result: Mapping[str, Any], counted: Sequence[tuple[float, float]]) -> bool:
     """Whether the verdict is one that the counted cycles allow."""
-    softer = [c for c in result["causes"] if c["law"] in SOFTENING]
-    rest = {c["law"] for c in result["causes"]} - set(SOFTENING)
+    signs = dict.fromkeys(SOFTENING, -1.0) | {FADING: 1.0}
+    slower = [c for c in result["causes"] if c["law"] in signs]
+    rest = {c["law"] for c in result["causes"]} - set(signs)
     seen = sum(change < -3.0 * std for change, std in counted) > len(counted) / 2
-    negative = all(_strength(cause)["value"] < 0 for cause in softer)
-    allowed = not softer or (seen and negative)
+    right = all(_strength(cause)["value"] * signs[cause["law"]] > 0 for cause in slower)
+    allowed = not slower or (seen and right)
     return result["status"] in ("adequate", "named") and allowed and rest <= set(DAMPING)
 
 

@@ -33,6 +33,7 @@ LAW = Law(
     memory=Memory(1, _begin, _advance, _force),
     formula="f = k' t d",
     sentence="The {place} changes its stiffness while the record runs, by {value}.",
-    cure="Let it warm up, tighten the clamp, or test it at one temperature.",
+    cure="Begin one record with a small swing: in a decay what goes with time and what goes with "
+    "amplitude look alike. Then let it warm up, or tighten the clamp.",
     source="linear drift, the first term of any slow change",
 )
