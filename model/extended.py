@@ -29,6 +29,9 @@ WIDTHS = ("stretch_width", "rate_width")
 CHUNK = 512
 """Steps that are marched at once, so that one compiled length serves every motion [-]."""
 
+REST = 32
+"""The same for what is left of a motion whose laws remember [-]."""
+
 POINTS_PER_WAVE = 200
 
 
@@ -260,6 +263,11 @@ class _Runner:
         self.plant, self.z, self.drive = plant, z, drive
         self.rounding, self.step = rounding, step
         self.memory: np.ndarray | None = None
+        strength = z[plant.slots["strengths"]]
+        self.remembers = any(
+            law.memory is not None and not symbol and value != 0
+            for (_, law, symbol), value in zip(plant.law_numbers, strength, strict=True)
+        )
 
     def jump(self, x: np.ndarray, time: float) -> np.ndarray:
         """State after the velocities of the joints jump at a time [s]; x itself where none does."""
@@ -294,29 +302,29 @@ class _Runner:
 
         `inside` is a time [s] between the two jumps that enclose the run.
         """
-        states, forces = [], []
-        for low in range(0, max(count, 1), CHUNK):
-            at = begin + node * (low + np.arange(CHUNK + 1))
+        states, forces, low = [], [], 0
+        while not states or low < count:
+            long = self._length(count - low)
+            at = begin + node * (low + np.arange(long + 1))
             z = self.z.copy()
             z[self.plant.slots["start"]] = x
-            kept = slice(0 if low == 0 else 1, min(CHUNK, count - low) + 1)
-            run, pull = self._march(z, self._inputs(at, begin, node, inside), node, kept.stop - 1)
+            run, pull, memory = state_history(
+                self.plant, 1, jnp.asarray(z), self._inputs(at, begin, node, inside), node,
+                jnp.asarray(self.rounding), self.memory,
+            )  # fmt: skip
+            if self.remembers and long <= count - low:
+                self.memory = memory
+            kept = slice(0 if low == 0 else 1, min(long, count - low) + 1)
             states.append(run[kept])
             forces.append(pull[kept])
-            x = run[kept][-1]
+            x, low = run[kept][-1], low + long
         return np.concatenate(states), np.concatenate(forces)
 
-    def _march(
-        self, z: np.ndarray, inputs: jax.Array, node: float, count: int
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """One chunk of which `count` steps are used; what is remembered is of their end."""
-        plant, vector, widths = self.plant, jnp.asarray(z), jnp.asarray(self.rounding)
-        run, pull, memory = state_history(plant, 1, vector, inputs, node, widths, self.memory)
-        if len(memory) and count < len(run) - 1:
-            short = inputs[: count + 1]
-            _, _, memory = state_history(plant, 1, vector, short, node, widths, self.memory)
-        self.memory = memory
-        return run, pull
+    def _length(self, left: int) -> int:
+        """Steps to march at once: one compiled length, or few that end where memory is wanted."""
+        if not self.remembers or left >= CHUNK:
+            return CHUNK
+        return REST if left >= REST else 1
 
     def _inputs(self, at: np.ndarray, begin: float, node: float, inside: float) -> jax.Array:
         columns = [] if self.drive.port is None else [self._force(at, begin, node)]

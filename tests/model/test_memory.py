@@ -8,8 +8,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from supple.model.chain import Chain
+from supple.model.drives import impact
 from supple.model.law import Scales, library, unit_of
 from supple.model.linear import Port
+from supple.model.motion import CONVERGED, respond
 from supple.model.plant import Plant, numbers_vector
 from supple.model.respond import simulate, state_history, tangents
 
@@ -143,7 +145,7 @@ def test_a_closed_path_never_gives_energy(name):
     for _ in range(20):
         shapes = [np.float64(shape.trials(SCALES)[1] * rng.uniform(0.3, 3)) for shape in law.shapes]
         waves = rng.normal(size=3) * 0.05
-        phase = np.linspace(0, 2 * np.pi, 400)
+        phase = np.linspace(0, 2 * np.pi, 120)
         path = np.sin(np.outer(phase, [1, 2, 3]) + waves) @ waves
         memory = memory_law.begin(shapes, path[:1] * 0, path[:1] * 0)
         work = np.zeros(3)
@@ -155,3 +157,38 @@ def test_a_closed_path_never_gives_energy(name):
                 new = memory_law.force(1.0, shapes, memory, after[0], 0)
                 work[lap] += 0.5 * float(old[0] + new[0]) * (then - now)
         assert work[2] > 0
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_motion_from_the_door_is_marched_over_its_pieces_as_one(name):
+    """A hammer's blow cuts the motion into pieces of odd lengths; what is remembered goes on."""
+    law, times = library()[name], STEP * np.arange(700)
+    given = dict(zip([law.symbol, *(s.symbol for s in law.shapes)], CASES[name], strict=True))
+    tables = ({"law": name, "place": "spring", "parameters": given},)
+    blow = impact("cart", 3.0, 0.237, 0.091)
+    found = respond(CHAIN, NUMBERS, blow, times, (Port("cart", "position"),), tables)
+    assert found.status == CONVERGED
+
+    memory = law.memory
+    assert memory is not None
+    shapes = CASES[name][1:]
+
+    def rates(t, y, push):
+        x, v, s = y
+        force = memory.force(CASES[name][0], shapes, [s], x, v)
+        rate = {"hysteresis": lambda: (v - abs(v) * s) / shapes[0],
+                "relaxation": lambda: (x - s) / shapes[0],
+                "stiffness_drift": lambda: 1.0}[name]()  # fmt: skip
+        return [v, (push - STIFFNESS * x - DAMPING * v - force) / MASS, rate]
+
+    y, wanted = np.zeros(3), []
+    for begin, end, push in ((0.0, 0.237, 0.0), (0.237, 0.328, 3.0), (0.328, times[-1], 0.0)):
+        inside = times[(times >= begin) & ((times < end) | (end == times[-1]))]
+        run = solve_ivp(
+            rates, (begin, end), y, "DOP853", np.union1d(inside, end), args=(push,), rtol=1e-10,
+            atol=1e-13, max_step=0.01,
+        )  # fmt: skip
+        wanted.append(run.y[0][: len(inside)])
+        y = run.y[:, -1]
+    gap = found.samples[:, 0] - np.concatenate(wanted)
+    assert np.max(np.abs(gap)) < 1e-4 * np.max(np.abs(found.samples))
