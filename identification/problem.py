@@ -259,6 +259,7 @@ class Model:
         for faulty in self.faults(sensor, x):
             moved = faulty.along(seen, moved, step, self.scale)
             seen = faulty.read(seen, step)
+        # as in `sensitivity`: what ran away is a constant to `residual`
         return np.where(np.isfinite(moved), moved, 0.0)
 
     def _cut(self, prepared: Prepared, sensor: Sensor, block: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ LEAST_EVIDENCE = 10.0
 """Fall of BIC below which no law is accepted [-]; Kass and Raftery 1995 call 10 very strong."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # a trial is itself; its arrays have no single truth
 class Trial:
     """A candidate after its full refit.
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .engine import start_engine, write_together
+from .listing import markdown, printed
 from .study import Call, Study
 from .words import number_words
 
@@ -127,8 +128,7 @@ def _lines(result: Mapping[str, Any]) -> list[str]:
 
 def as_text(result: Mapping[str, Any]) -> str:
     """The table and its notes as Markdown."""
-    rows = [HEADINGS, ("---",) * len(HEADINGS), *(_cells(row) for row in result["rows"])]
-    table = ["| " + " | ".join(row) + " |" for row in rows]
+    table = markdown(HEADINGS, [_cells(row) for row in result["rows"]])
     below = [f"![{result['question']}]({result['figure']})", ""]
     below += [f"- {line}" for line in _lines(result)]
     return "\n".join([f"# {result['question']}", "", *table, "", *below]) + "\n"
@@ -136,20 +136,8 @@ def as_text(result: Mapping[str, Any]) -> str:
 
 def show(result: Mapping[str, Any]) -> None:
     """Print the table and its notes."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    console = Console(highlight=False, markup=False)
-    console.print(result["question"])
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in HEADINGS:
-        table.add_column(heading)
-    for row in result["rows"]:
-        table.add_row(*_cells(row))
-    console.print(table)
-    for line in _lines(result):
-        console.print(f"  - {line}")
+    rows = [_cells(row) for row in result["rows"]]
+    printed(result["question"], HEADINGS, rows, [f"  - {line}" for line in _lines(result)])
 
 
 STUDY = Study(NAME, QUESTION, run, show)

@@ -17,6 +17,7 @@ from typing import Any
 from .diagnosis import diagnose_records
 from .engine import write_together
 from .hidden_score import FAILED, outcome, tables
+from .listing import markdown, printed
 from .study import Call, Study
 
 QUESTION = "How often is a hidden effect found, named and placed, and how often is one invented?"
@@ -286,8 +287,7 @@ def lines(result: Mapping[str, Any]) -> list[tuple[str, ...]]:
 
 def as_text(result: Mapping[str, Any]) -> str:
     """The summary, the confusion matrices and the protocol as Markdown."""
-    rows = [HEADINGS, ("---",) * 3, *lines(result)]
-    parts = [f"# {result['question']}", "", *("| " + " | ".join(row) + " |" for row in rows)]
+    parts = [f"# {result['question']}", "", *markdown(HEADINGS, lines(result))]
     for bench in BENCHES:
         parts += ["", f"## Bench {bench}: what was hidden, and what was said"]
         for truth, said in result["benches"][bench]["confusion"].items():
@@ -331,22 +331,12 @@ def _shares(axes: Any, places: Sequence[float], shares: Sequence[Mapping], color
 
 def show(result: Mapping[str, Any]) -> None:
     """Print the summary."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    console = Console(highlight=False, markup=False)
-    console.print(result["question"])
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in HEADINGS:
-        table.add_column(heading)
-    for row in lines(result):
-        table.add_row(*row)
-    console.print(table)
+    below = []
     for bench in BENCHES:
         told = result["benches"][bench]["outcomes"]
         words = ", ".join(f"{count} {name}" for name, count in sorted(told.items()))
-        console.print(f"bench {bench}: {words}")
+        below.append(f"bench {bench}: {words}")
+    printed(result["question"], HEADINGS, lines(result), below)
 
 
 STUDY = Study("hidden_effect", QUESTION, run, show)

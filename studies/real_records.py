@@ -12,6 +12,7 @@ from typing import Any
 from .diagnosis import diagnose_records
 from .engine import Progress, write_together
 from .identify import identify_records
+from .listing import markdown, printed
 from .study import Call, Study
 
 QUESTION = "Does the suite find, on real records, what is known of them from elsewhere?"
@@ -395,8 +396,7 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, str, str, str]:
 
 def as_text(result: Mapping[str, Any]) -> str:
     """The table and its protocol as Markdown."""
-    rows = [HEADINGS, ("---",) * 4, *(_cells(row) for row in result["rows"])]
-    table = ["| " + " | ".join(row) + " |" for row in rows]
+    table = markdown(HEADINGS, [_cells(row) for row in result["rows"]])
     protocol = [f"- {line}" for line in result["protocol"]]
     lines = [f"# {result['question']}", "", *table, "", "## Protocol", *protocol]
     return "\n".join(lines) + "\n"
@@ -404,20 +404,8 @@ def as_text(result: Mapping[str, Any]) -> str:
 
 def show(result: Mapping[str, Any]) -> None:
     """Print the table and its protocol."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    console = Console(highlight=False, markup=False)
-    console.print(result["question"])
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in HEADINGS:
-        table.add_column(heading)
-    for row in result["rows"]:
-        table.add_row(*_cells(row))
-    console.print(table)
-    for line in result["protocol"]:
-        console.print(f"  - {line}")
+    rows = [_cells(row) for row in result["rows"]]
+    printed(result["question"], HEADINGS, rows, [f"  - {line}" for line in result["protocol"]])
 
 
 STUDY = Study("real_records", QUESTION, run, show)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..engine import start_engine, write_together
+from ..listing import markdown, printed
 from ..study import Call
 from ..words import number_words
 from .draw import Panel, drawn
@@ -197,8 +198,7 @@ def definitions(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 
 def as_text(result: Mapping[str, Any]) -> str:
     """A study's table, definitions and notes as Markdown."""
-    rows = [HEADINGS, ("---",) * len(HEADINGS), *(cells(row) for row in result["rows"])]
-    table = ["| " + " | ".join(row) + " |" for row in rows]
+    table = markdown(HEADINGS, [cells(row) for row in result["rows"]])
     figure = result["figure"]
     below = [f"![{figure['caption']}]({figure['file']})", "", figure["caption"], ""]
     below += ["## Definitions", *(f"- {line}" for line in definitions(result["rows"]))]
@@ -208,17 +208,6 @@ def as_text(result: Mapping[str, Any]) -> str:
 
 def show(result: Mapping[str, Any]) -> None:
     """Print a study's table, definitions and notes."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    console = Console(highlight=False, markup=False)
-    console.print(result["question"])
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in HEADINGS:
-        table.add_column(heading)
-    for row in result["rows"]:
-        table.add_row(*cells(row))
-    console.print(table)
-    for line in (*definitions(result["rows"]), *result["notes"], result["rule"]):
-        console.print(f"  - {line}")
+    rows = [cells(row) for row in result["rows"]]
+    below = (*definitions(result["rows"]), *result["notes"], result["rule"])
+    printed(result["question"], HEADINGS, rows, [f"  - {line}" for line in below])

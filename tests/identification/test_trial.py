@@ -1,0 +1,71 @@
+"""Which of several laws goes first: the simpler one, unless the general one earns its numbers."""
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from supple.identification.noise import choose_noise
+from supple.identification.screen import Candidate
+from supple.identification.trial import (
+    GENERAL,
+    LEAST_EVIDENCE,
+    Trial,
+    interval,
+    simplest_first,
+    with_limits,
+    without_general,
+)
+from supple.model.law import library
+
+
+def candidate(law: str, gain: float = 1.0, place: str = "spring") -> Candidate:
+    entry = cast(Any, None)
+    return Candidate(place, library()[law], entry, gain, 0.0, 1.0, np.ones(3), 1.0)
+
+
+def trial(law: str, evidence: float) -> Trial:
+    return Trial(candidate(law), cast(Any, None), evidence)
+
+
+def order(*trials: Trial) -> list[str]:
+    return [one.candidate.law.name for one in simplest_first(trials)]
+
+
+def test_a_general_law_must_be_better_beyond_doubt():
+    friction = trial("coulomb_friction", 100.0)
+    hardly = trial("hysteresis", 100.0 + 0.9 * LEAST_EVIDENCE)
+    clearly = trial("hysteresis", 100.0 + 1.1 * LEAST_EVIDENCE)
+    assert order(hardly, friction) == ["coulomb_friction", "hysteresis"]
+    assert order(friction, clearly) == ["hysteresis", "coulomb_friction"]
+    other = trial("cubic_stiffness", 500.0)
+    assert order(hardly, friction, other)[0] == "cubic_stiffness"
+
+
+def test_a_general_law_waits_where_the_simpler_one_gains_nearly_as_much():
+    general = candidate("hysteresis", 10.0)
+    near, far = (candidate("coulomb_friction", 10.0 * GENERAL * k) for k in (1.1, 0.9))
+    elsewhere = candidate("coulomb_friction", 10.0, place="damper")
+    assert without_general([general, near]) == [near]
+    assert without_general([general, far]) == [general, far]
+    assert without_general([general, elsewhere]) == [general, elsewhere]
+    assert with_limits([general], [general, far, elsewhere]) == [general, far]
+
+
+def test_the_longest_sampling_interval_of_a_channel_counts():
+    channels = [SimpleNamespace(name=n, sample_rate=r) for n, r in (("a", 50.0), ("b", 10.0))]
+    more = [SimpleNamespace(name="a", sample_rate=20.0)]
+    records = [SimpleNamespace(record=SimpleNamespace(channels=c)) for c in (channels, more)]
+    fit = cast(Any, SimpleNamespace(problem=SimpleNamespace(records=records)))
+    assert interval(Trial(candidate("sensor_delay", place="a"), fit, 0.0)) == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("size, found", [(0.0, False), (0.3, True)])
+def test_a_tone_where_the_model_does_not_move_is_misfit(size, found):
+    rng, at = np.random.default_rng(2), np.arange(4096)
+    predicted = 10.0 * np.exp(-at / 2000) * np.sin(0.2 * at)
+    residual = 0.1 * rng.standard_normal(4096) + size * np.sin(1.7 * at)
+    _, misfit = choose_noise(residual, predicted)
+    assert (misfit.p_value < 1e-6) is found
+    assert (misfit.ratio > 3.0) is found
