@@ -210,8 +210,7 @@ class _Search:
 
     def _refits(self, open_: Sequence[Candidate]) -> list[Trial]:
         """Rank by quick refits on thinned records, then refit the best in full."""
-        thin = thinned(self.fit.problem)
-        start = solve(replace(self.fit.model, problem=thin), self.fit.x, 6)
+        start = solve(thinned(self.fit.model), self.fit.x, 6)
         quick = []
         worth = [c for c in without_general(open_) if c.gain > WORTH * open_[0].gain]
         chosen = worth[:TRIALS] if len(worth) > 1 else list(open_[:2])
@@ -226,7 +225,10 @@ class _Search:
             hopeless = fit.cost - best > max(HOPELESS, 0.2 * (start.cost - best))
             if (rank > 2 or (rank and hopeless)) and candidate.name not in limits:
                 continue
-            full = solve(replace(fit.model, problem=self.fit.problem), fit.x, 25)
+            whole = replace(
+                fit.model, problem=self.fit.problem, allowances=self.fit.model.allowances
+            )
+            full = solve(whole, fit.x, 25)
             found.append(Trial(candidate, full, delta_bic(self.fit, full)))
         return simplest_first(found)
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .allowance import Allowance
 from .fit import DOMINATED, Fit, solve
 from .free import Entry
-from .noise import choose_noise, periodogram
-from .prepare import Prepared, bucket, shortened
+from .noise import choose_noise
+from .prepare import Prepared, coarser, shortened
 from .problem import Key, Model, Problem, base_entries, opening_model, rough_noise
 from .screen import Candidate
 
@@ -57,46 +58,29 @@ class HeldOut:
         return float(np.sqrt(np.mean(np.square(ratios))))
 
 
-def thinned(problem: Problem) -> Problem:
-    """The problem with long records sampled more coarsely and cut short, for trials that rank.
-
-    Inputs are averaged over each coarse interval, which keeps their impulse.
-    """
-    records = tuple(_cut(_coarse(p)) for p in problem.records)
+def thinned(model: Model) -> Model:
+    """The model on long records sampled more coarsely and cut short, for trials that rank."""
+    problem = model.problem
+    records = tuple(_cut(coarser(p)) for p in problem.records)
     longest, whole = (max(len(p.inputs) for p in some) for some in (records, problem.records))
-    return replace(problem, records=records) if longest < WORTHWHILE * whole else problem
+    if longest >= WORTHWHILE * whole:
+        return model
+    allowances = {
+        name: _at_samples(allowance, before, after)
+        for before, after in zip(problem.records, records, strict=True)
+        for name, allowance in model.allowances.items()
+        if name == before.name
+    }
+    return replace(model, problem=replace(problem, records=records), allowances=allowances)
 
 
-def _coarse(prepared: Prepared) -> Prepared:
-    if any(sensor.sampling is not None for sensor in prepared.sensors):
-        return prepared
-    bands = [_band(s.values, 1.0 / prepared.step) for s in prepared.sensors]
-    factor = int(1.0 / prepared.step / (40.0 * max(bands)))
-    if factor < 2:
-        return prepared
-    count = (prepared.count - 1) // factor + 1
-    sensors = tuple(
-        replace(s, values=s.values[::factor][:count], times=s.times[::factor][:count])
-        for s in prepared.sensors
-    )
-    padded = bucket(count)
-    smooth = np.zeros((padded, prepared.inputs.shape[1]))
-    width = np.ones(factor) / factor
-    for column in range(smooth.shape[1]):
-        mean = np.convolve(prepared.inputs[: prepared.count, column], width, mode="same")
-        smooth[:count, column] = mean[::factor][:count]
-        smooth[count:, column] = smooth[count - 1, column]
-    step = prepared.step * factor
-    return replace(prepared, step=step, count=count, inputs=smooth, sensors=sensors)
-
-
-def _band(values: np.ndarray, rate: float) -> float:
-    """Frequency below which lies all but a thousandth of the rate of change's power [Hz]."""
-    frequency, power = periodogram(values - np.mean(values))
-    weight = np.cumsum(power * frequency**2)
-    floor = np.median(power[len(power) // 2 :]) * np.cumsum(frequency**2)
-    signal = np.maximum.accumulate(np.maximum(weight - floor, 0.0))
-    return float(frequency[np.searchsorted(signal, 0.999 * signal[-1])] * rate)
+def _at_samples(allowance: Allowance, before: Prepared, after: Prepared) -> Allowance:
+    """An allowance at those samples of a record that a thinned one has kept."""
+    blocks = [
+        block[np.searchsorted(old.times, new.times - 1e-9)]
+        for block, old, new in zip(allowance.columns, before.sensors, after.sensors, strict=True)
+    ]
+    return replace(allowance, columns=tuple(blocks))
 
 
 def _cut(prepared: Prepared) -> Prepared:

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
 from scipy.optimize import least_squares
 
+from .allowance import Allowance, joined
+from .drive_error import drive_allowances
 from .guess import first_guess
+from .lever import lever_allowances
 from .motions import with_scales
 from .noise import Misfit, Noise, Trust, choose_noise, colour_of, known_noise
-from .prepare import Sensor
+from .prepare import Sensor, coarser
 from .problem import Key, Model, Problem, base_entries, opening_model, rough_noise
+from .ringing import find_ringing, ringing_allowances
+from .starts import has_basins, other_starts
 
 CONVERGED = "The fit has converged."
 STOPPED = "The fit stopped before it converged: more iterations or better start values are needed."
@@ -33,6 +38,7 @@ class Fit:
         count: number of measured samples that count [-].
         status: one sentence.
         step_error: change of the response when the integrator's step is halved, in noise units.
+        estimates: best numbers of each record's allowance, in units of their priors [-].
     """
 
     model: Model
@@ -43,6 +49,7 @@ class Fit:
     count: int
     status: str
     step_error: float = 0.0
+    estimates: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def problem(self) -> Problem:
@@ -126,11 +133,19 @@ def solve(model: Model, start: np.ndarray, evaluations: int = 40) -> Fit:
 
 def _finish(model: Model, x: np.ndarray, converged: bool) -> Fit:
     predicted = model.predict(x)
+    estimates = model.estimates(predicted)
+    for prepared in model.problem.records:
+        if prepared.name in estimates:
+            allowance = model.allowances[prepared.name]
+            numbers = estimates[prepared.name] * allowance.priors
+            for sensor, block in zip(prepared.sensors, allowance.columns, strict=True):
+                key = prepared.name, sensor.channel.name
+                predicted[key] = predicted[key] + block @ numbers
     count = sum(len(s.values) for p in model.problem.records for s in p.sensors)
     cost = float(np.sum(model.residual(x) ** 2))
     status = CONVERGED if converged else STOPPED
     empty = np.zeros((len(x), len(x)))
-    return Fit(model, x, empty, predicted, cost, count, status)
+    return Fit(model, x, empty, predicted, cost, count, status, estimates=estimates)
 
 
 def noise_of(sensor: Sensor, predicted: np.ndarray) -> tuple[Noise, Misfit]:
@@ -238,12 +253,13 @@ def _coloured(jacobian: np.ndarray, white: np.ndarray) -> np.ndarray:
 HORIZONS = (3.0, 10.0, 40.0, np.inf)
 
 
-def fit_base(problem: Problem, starts: int = 1) -> Fit:
+def fit_base(problem: Problem) -> Fit:
     """Fit the rig as it stands, with nuisances, from its own start values or better ones.
+
+    Where errors of the model dominate what is found, other starts are followed too.
 
     Args:
         problem: records and rig.
-        starts: kept for joint fits from several starts.
 
     Returns:
         The fit with its noise law chosen and errors known; its problem carries scales.
@@ -252,16 +268,31 @@ def fit_base(problem: Problem, starts: int = 1) -> Fit:
     """
     entries = base_entries(problem)
     model = Model(problem, entries, (), rough_noise(problem))
-    x = first_guess(model)
-    fit = None
-    for horizon in HORIZONS:
-        near = replace(model, horizon=horizon)
-        if np.isfinite(horizon) and _whole(problem, horizon):
-            continue
-        fit = solve(near, x, 15 if np.isfinite(horizon) else 60)
-        x = fit.x
-    assert fit is not None
-    return settle(_with_known_starts(fit))
+    coarse = replace(problem, records=tuple(coarser(p) for p in problem.records))
+    near = replace(model, problem=coarse, noises=rough_noise(coarse))
+    best = _grown(near, first_guess(near))
+    if has_basins(model) and _dominated(best):
+        for start in other_starts(near, best.x):
+            fit = _grown(near, start)
+            best = fit if fit.cost < BASIN * best.cost else best
+    return settle(_with_known_starts(solve(model, best.x, 60)))
+
+
+BASIN = 0.5
+"""Another minimum is taken where its cost is below this share of the first one's [-]: it is
+reached by moving constants far, so it must be better beyond doubt."""
+
+
+def _grown(model: Model, x: np.ndarray) -> Fit:
+    """The fit from one start, first to a few periods of each record, then to more and more."""
+    for horizon in HORIZONS[:-1]:
+        if not _whole(model.problem, horizon):
+            x = solve(replace(model, horizon=horizon), x, 15).x
+    return solve(model, x, 60)
+
+
+def _dominated(fit: Fit) -> bool:
+    return any(misfit.ratio > DOMINATED for misfit in fit.misfits.values())
 
 
 def _with_known_starts(fit: Fit) -> Fit:
@@ -315,6 +346,29 @@ def weights_of(fit: Fit, noises: Mapping[Key, Noise]) -> dict[Key, Noise]:
     }
 
 
+def allowances_of(model: Model, fit: Fit) -> dict[str, Allowance]:
+    """What each record leaves open: errors of told motions, and a club's next mode.
+
+    Args:
+        model: with the noise laws that weigh.
+        fit: of the same records.
+
+    Returns:
+        Allowances by record.
+    """
+    parts = drive_allowances(model, fit.x)
+    predicted = fit.model.predict(fit.x)
+    left = {key: fit.sensor_of(key).values - predicted[key] for key in fit.keys}
+    ringing = find_ringing(model, left)
+    if ringing is not None:
+        for name, part in ringing_allowances(model, ringing).items():
+            parts.setdefault(name, []).append(part)
+    for name, part in lever_allowances(model, fit.x).items():
+        parts.setdefault(name, []).append(part)
+    found = {name: joined(some) for name, some in parts.items()}
+    return {name: some for name, some in found.items() if some is not None}
+
+
 def settle(fit: Fit) -> Fit:
     """Learn the noise law, weigh by it, fit again, and attach errors and scales."""
     for _ in range(3):
@@ -324,6 +378,7 @@ def settle(fit: Fit) -> Fit:
         same = all(_alike(noises[key], before[key]) for key in noises)
         problem = replace(fit.problem, floor=floor)
         model = replace(fit.model, problem=problem, noises=noises, horizon=np.inf)
+        model = replace(model, allowances=allowances_of(model, fit))
         fit = solve(model, fit.x, 40)
         if same:
             break

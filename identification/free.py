@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..model.chain import DERIVATIVES, FORCES
-from ..model.law import Law, unit_of
+from ..model.law import Law
 from ..model.linear import Mechanism, mass_matrix, stiffness_matrix
 from ..model.parameters import Parameter
 from ..model.respond import Plant
@@ -251,7 +251,9 @@ SHAPE_REACH = 30.0
 """How far a law's shape may go from its trial value, as a factor [-]."""
 
 
-def shape_entries(law: Law, place: str, values: Sequence[float], rotation: bool) -> list[Entry]:
+def shape_entries(
+    law: Law, place: str, values: Sequence[float], rotation: bool, channel_unit: str = ""
+) -> list[Entry]:
     """Entries of a law's further numbers, shared by all records [SI].
 
     Args:
@@ -259,6 +261,7 @@ def shape_entries(law: Law, place: str, values: Sequence[float], rotation: bool)
         place: where it acts.
         values: to begin with [SI].
         rotation: whether the place turns.
+        channel_unit: unit of the channel, for laws of a sensor.
     """
     return [
         Entry(
@@ -270,7 +273,7 @@ def shape_entries(law: Law, place: str, values: Sequence[float], rotation: bool)
             value / SHAPE_REACH,
             value * SHAPE_REACH,
             value,
-            unit=unit_of(shape.dimension, rotation),
+            unit=shape.unit(rotation, channel_unit),
             nuisance=False,
         )
         for shape, value in zip(law.shapes, values, strict=True)

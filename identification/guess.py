@@ -29,13 +29,13 @@ def first_guess(model: Model) -> np.ndarray:
     """
     x = np.array([entry.value / entry.scale for entry in model.entries])
     near = replace(model, horizon=5.0)
-    stiff = _indices(model, "stiffness")
-    damped = _indices(model, "damping")
+    stiff = constants_named(model, "stiffness")
+    damped = constants_named(model, "damping")
     if stiff:
         x = _best_scaling(near, x, stiff, STIFFNESS_STEPS)
     if damped:
         x = _best_scaling(near, x, damped, np.array(DAMPING_STEPS))
-    return _bounded(model, solve_linear(near, x)[0])
+    return bounded(model, solve_linear(near, x)[0])
 
 
 def _best_scaling(model: Model, x: np.ndarray, which: list[int], steps: np.ndarray) -> np.ndarray:
@@ -43,7 +43,7 @@ def _best_scaling(model: Model, x: np.ndarray, which: list[int], steps: np.ndarr
     for factor in steps:
         trial = x.copy()
         trial[which] *= factor
-        trial = _bounded(model, trial)
+        trial = bounded(model, trial)
         scaled, cost = solve_linear(model, trial, with_gain=True)
         if cost < best_cost:
             best, best_cost = scaled, cost
@@ -107,7 +107,8 @@ def _forced(model: Model, x: np.ndarray, residual: np.ndarray) -> np.ndarray:
     return -replace(model, problem=problem).residual(x)
 
 
-def _indices(model: Model, word: str) -> list[int]:
+def constants_named(model: Model, word: str) -> list[int]:
+    """Indices of the free constants of the rig with this word in their names [-]."""
     return [
         i
         for i, entry in enumerate(model.entries)
@@ -115,7 +116,8 @@ def _indices(model: Model, word: str) -> list[int]:
     ]
 
 
-def _bounded(model: Model, x: np.ndarray) -> np.ndarray:
+def bounded(model: Model, x: np.ndarray) -> np.ndarray:
+    """Scaled unknowns moved inside their bounds [-]."""
     low = np.array([entry.low / entry.scale for entry in model.entries])
     high = np.array([entry.high / entry.scale for entry in model.entries])
     room = np.minimum(high - low, 1.0) * 1e-6

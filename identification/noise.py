@@ -94,7 +94,10 @@ SHARE = 0.1
 def trust_of(values: np.ndarray, count: int) -> Trust:
     """Weights of a channel, shape (t,), out of its first `count` samples [channel's unit]."""
     known = values[: max(count, 8)]
-    noise = np.std(np.diff(known, 3)) / np.sqrt(20.0)
+    steps = np.diff(np.unique(values))
+    # a coarse instrument that has not yet moved shows no noise at all
+    coarse = float(np.min(steps)) / np.sqrt(12.0) if len(steps) else 0.0
+    noise = max(float(np.std(np.diff(known, 3)) / np.sqrt(20.0)), coarse)
     moved = np.maximum.accumulate(np.abs(values - values[0]))
     return Trust(noise + SHARE * moved + 1e-12 * np.max(np.abs(known)) + 1e-300)
 
@@ -183,10 +186,29 @@ def choose_noise(residual: np.ndarray, predicted: np.ndarray) -> tuple[Noise, Mi
         return noise, _misfit(power / noise.spectrum(frequency), np.ones_like(quiet))
     noise = _best(frequency, power, quiet)
     misfit = _misfit(power / noise.spectrum(frequency), moves)
-    if misfit.bins and misfit.p_value > 1e-3:
-        noise = _best(frequency, power, np.ones_like(quiet))
-        misfit = _misfit(power / noise.spectrum(frequency), moves)
+    whole = _best(frequency, power, np.ones_like(quiet))
+    everywhere = _misfit(power / whole.spectrum(frequency), moves)
+    explained = everywhere.p_value > 1e-3 and _one_law(frequency, power, quiet, noise, whole)
+    if misfit.bins and (misfit.p_value > 1e-3 or explained):
+        noise, misfit = whole, everywhere
     return noise, _with_tones(misfit, power / noise.spectrum(frequency), moves)
+
+
+SAME_LAW = 16.0
+"""Fall of twice the log likelihood of the quiet frequencies by which their own law may be better
+than one law of all frequencies, where chance alone can do it [-]: three numbers, 0.1 %."""
+
+
+def _one_law(
+    frequency: np.ndarray, power: np.ndarray, quiet: np.ndarray, own: Noise, whole: Noise
+) -> bool:
+    """Whether the law of all frequencies describes the quiet ones as well as their own does.
+
+    Few quiet frequencies say little of a law's slope; carried on to the others it may be far off.
+    """
+    laws = (law.spectrum(frequency[quiet]) for law in (whole, own))
+    costs = [2 * float(np.sum(np.log(law) + power[quiet] / law)) for law in laws]
+    return costs[0] - costs[1] < SAME_LAW * TAPERED
 
 
 def colour_of(residual: np.ndarray) -> Noise:
@@ -218,13 +240,16 @@ def _with_tones(misfit: Misfit, ratio: np.ndarray, where: np.ndarray) -> Misfit:
     return Misfit(whole.ratio, min(misfit.p_value, chance), whole.bins)
 
 
+TAPERED = 1.9
+"""Neighboring frequencies that a Hann taper makes one [-]."""
+
+
 def _misfit(ratio: np.ndarray, where: np.ndarray) -> Misfit:
     bins = int(np.sum(where))
     if not bins:
         return Misfit(1.0, 1.0, 0)
     mean = float(np.mean(ratio[where]))
-    # a Hann taper correlates neighbors: about half as many independent bins
-    dof = 2 * bins / 1.9
+    dof = 2 * bins / TAPERED
     return Misfit(mean, float(chi2_distribution.sf(dof * mean, dof)), bins)
 
 

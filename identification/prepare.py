@@ -6,12 +6,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.sparse import csr_matrix
 
 from ..model.chain import DERIVATIVES, FORCES
-from ..model.linear import Mechanism, Port, modes
-from .decay import free_from, glance
+from ..model.linear import Mechanism, Port
+from ..model.robot import Robot
+from .decay import glance
+from .noise import periodogram
 from .records import Channel, Record
+from .window import begins_at_rest, calm_from, faded_at, opening_seconds, window
 
 ROTATING = ("angle", "angular_velocity", "angular_acceleration", "torque")
 
@@ -88,27 +92,6 @@ def bucket(count: int) -> int:
     return power
 
 
-BLOW = 0.01
-"""How long an impact that no channel recorded is taken to last [s]."""
-
-FADED = 0.05
-"""A free decay is used until it has fallen below this share of its start [-]: what is left tells
-of other, smaller things."""
-
-
-def _faded(record: Record, start: int) -> int:
-    """One past the last grid sample before every response has faded away."""
-    rate, ends = record.sample_rate, [start + 64]
-    for channel in record.responses:
-        first = max(0, round((start / rate - channel.start_time) * channel.sample_rate))
-        values = channel.values[first:]
-        swing = np.abs(values - np.mean(values[-max(8, len(values) // 3) :]))
-        loud = np.flatnonzero(swing > FADED * np.quantile(swing, 0.97))
-        seconds = channel.start_time + (first + int(loud[-1]) + 1) / channel.sample_rate
-        ends.append(int(np.ceil(seconds * rate)))
-    return min(max(ends), len(record.times))
-
-
 def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) -> Prepared:
     """Cut, align and pad one record.
 
@@ -129,10 +112,10 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
             f"{record.path.name}: [channels]: expected at least one with role = 'response', "
             "found none. Mend: say which channel was measured."
         )
-    start, reason = _window(record)
+    start, reason = window(record, isinstance(mechanism, Robot))
     rate = record.sample_rate
     moved = any(np.ptp(channel.values) > 0 for channel in record.inputs)
-    end = len(record.times) if moved else _faded(record, start)
+    end = len(record.times) if moved else faded_at(record, start)
     times = np.arange(start, end) / rate
     if len(times) < 16:
         raise ValueError(
@@ -145,12 +128,16 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
     ports = tuple(Port(c.place, c.quantity, held=c.held) for c in record.inputs)
     told = np.stack(columns, axis=1) if columns else np.zeros((count, 0))
     inputs = _continued(told, ports, padded)
-    sensors = tuple(_sensor(channel, times, rate, padded) for channel in responses)
+    calm = calm_from(record) if isinstance(mechanism, Robot) else 0.0
+    sensors = tuple(_sensor(channel, times, rate, padded, calm) for channel in responses)
     first = sensors[0].values
     free = not any(np.ptp(column) > 0 for column in columns)
     frequency = glance(first, sensors[0].channel.sample_rate).frequency
     own = dict(numbers) | record.parameters
-    opening = _opening_seconds(mechanism, own, frequency if free else 0.0, count / rate, 1 / rate)
+    opening = opening_seconds(mechanism, own, frequency if free else 0.0, count / rate, 1 / rate)
+    if calm > 0:
+        reason = f"driven; used from {calm:.3f} s on, when the blow's ringing has died away"
+        opening += calm
     return Prepared(
         record,
         start,
@@ -164,7 +151,7 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
         free,
         dict(record.parameters),
         opening,
-        not free and _begins_at_rest(sensors),
+        calm > 0 or (not free and begins_at_rest([(s.port.quantity, s.values) for s in sensors])),
         tuple(channel.name for channel in record.inputs),
     )
 
@@ -242,79 +229,25 @@ def _with_forces(prepared: Prepared, forces: Sequence[ForceKey]) -> Prepared:
     return replace(prepared, ports=tuple(ports), drives=tuple(drives), inputs=inputs)
 
 
-REST = 0.1
-"""A driven record whose first samples move slower than this share of its fastest motion began at
-rest [-]."""
-
-
-def _begins_at_rest(sensors: tuple[Sensor, ...]) -> bool:
-    for sensor in sensors:
-        if DERIVATIVES[sensor.port.quantity] == 0:
-            rate = np.abs(np.gradient(sensor.values))
-        else:
-            rate = np.abs(sensor.values)
-        few = max(4, len(rate) // 10000)
-        if np.max(rate[:few]) > REST * np.max(rate):
-            return False
-    return True
-
-
-def _opening_seconds(
-    mechanism: Mechanism, numbers: Mapping[str, float], free: float, whole: float, step: float
-) -> float:
-    """Three periods of a decay, ten of a driven record or at most a fiftieth of it.
-
-    Only a few samples where nothing oscillates: there the model's errors would bend the start
-    state at once.
-    """
-    if free > 0:
-        return max(3.0 / free, 24 * step)
-    found = modes(mechanism, numbers).damped_frequencies
-    oscillating = found[found > 0]
-    if not len(oscillating):
-        return 24 * step
-    return max(min(10.0 / float(oscillating.min()), 0.02 * whole), 24 * step)
-
-
-def _window(record: Record) -> tuple[int, str]:
-    rate = record.sample_rate
-    at = record.start.get("at")
-    driven = [channel for channel in record.inputs if np.ptp(channel.values) > 0]
-    if at is not None and not driven:
-        if record.test == "impact":
-            after = max(3 / rate, BLOW)
-            return (
-                round((at + after) * rate),
-                f"used from {1e3 * after:.0f} ms after the impact at {at:g} s; the blow itself is "
-                "not modelled",
-            )
-        return round(at * rate), f"used from the release at {at:g} s, as the sidecar says"
-    if record.test in ("decay", "impact") and not driven:
-        channel = max(record.responses, key=lambda c: len(c.values))
-        index = free_from(channel.values, channel.sample_rate)
-        seconds = index / channel.sample_rate
-        if index == 0:
-            return 0, "used from its first sample"
-        return (
-            round(seconds * rate),
-            f"let go by hand; used from the first crossing of rest at {seconds:.3f} s",
-        )
-    return 0, "driven; used whole, with an unknown start state"
-
-
 def _on_grid(channel: Channel, times: np.ndarray) -> np.ndarray:
     offset = channel.start_time
     own = offset + np.arange(len(channel.values)) / channel.sample_rate
     if len(own) == len(times) and np.allclose(own, times):
         return np.asarray(channel.values)
+    if DERIVATIVES.get(channel.quantity) == 0 and not channel.held and len(own) > 3:
+        # a body moves smoothly; straight lines between slow samples would kink it
+        inside = np.clip(times, own[0], own[-1])
+        return CubicSpline(own, channel.values)(inside)
     return np.interp(times, own, channel.values)
 
 
-def _sensor(channel: Channel, times: np.ndarray, rate: float, padded: int) -> Sensor:
+def _sensor(
+    channel: Channel, times: np.ndarray, rate: float, padded: int, calm: float = 0.0
+) -> Sensor:
     offset = channel.start_time
     own = offset + np.arange(len(channel.values)) / channel.sample_rate
     port = Port(channel.place, channel.quantity, channel.frame)
-    inside = (own >= times[0] - 1e-9) & (own <= times[-1] + 1e-9)
+    inside = (own >= max(times[0], calm) - 1e-9) & (own <= times[-1] + 1e-9)
     values, at = np.asarray(channel.values)[inside], own[inside] - times[0]
     position = at * rate
     if np.allclose(position, np.arange(len(at)), atol=1e-6):
@@ -346,6 +279,58 @@ def sampling_matrix(position: np.ndarray, count: int) -> csr_matrix:
         weights.append(weight)
     data = (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns)))
     return csr_matrix(data, shape=(len(position), count))
+
+
+def coarser(prepared: Prepared) -> Prepared:
+    """The record on a grid with forty samples in the shortest period that matters.
+
+    Forces are averaged over each coarse interval, which keeps their impulse; motions are not.
+    """
+    bands = [_band(s.values, s.channel.sample_rate) for s in prepared.sensors]
+    factor = int(1.0 / prepared.step / (40.0 * float(np.median(bands))))
+    if factor < 2:
+        return prepared
+    count = (prepared.count - 1) // factor + 1
+    padded, step = bucket(count), prepared.step * factor
+    columns, width = [], np.ones(factor) / factor
+    for port, column in zip(prepared.ports, prepared.inputs.T, strict=True):
+        told = column[: prepared.count]
+        if port.quantity in FORCES:
+            told = np.convolve(told, width, mode="same")
+        columns.append(told[::factor][:count])
+    told = np.stack(columns, axis=1) if columns else np.zeros((count, 0))
+    inputs = _continued(told, prepared.ports, padded)
+    sensors = tuple(_coarser(s, factor, step, count, padded) for s in prepared.sensors)
+    return replace(prepared, step=step, count=count, inputs=inputs, sensors=sensors)
+
+
+def _coarser(sensor: Sensor, factor: int, step: float, count: int, padded: int) -> Sensor:
+    """The samples of one channel that a coarse grid keeps."""
+    if sensor.sampling is None:
+        kept = slice(None, factor * count, factor)
+        return replace(sensor, values=sensor.values[kept], times=sensor.times[kept])
+    every = max(1, int(step * sensor.channel.sample_rate))
+    times = sensor.times[::every]
+    keep = times <= (count - 1) * step
+    values, times = sensor.values[::every][keep], times[keep]
+    return replace(
+        sensor, values=values, times=times, sampling=sampling_matrix(times / step, padded)
+    )
+
+
+def _band(values: np.ndarray, rate: float) -> float:
+    """Frequency below which lies what matters of a channel [Hz].
+
+    Either all but a thousandth of its rate of change's power, or all that stands six times above
+    the upper half of its frequencies, its noise; the lower of the two.
+    """
+    frequency, power = periodogram(values - np.mean(values))
+    floor = float(np.median(power[len(power) // 2 :]))
+    weight = np.cumsum(power * frequency**2)
+    signal = np.maximum.accumulate(np.maximum(weight - floor * np.cumsum(frequency**2), 0.0))
+    most = int(np.searchsorted(signal, 0.999 * signal[-1]))
+    loud = np.flatnonzero(np.convolve(power, np.ones(9) / 9, mode="same") > 6.0 * floor)
+    return float(frequency[min(most, int(loud[-1]) if len(loud) else most)] * rate)
 
 
 def shortened(prepared: Prepared, count: int) -> Prepared:

@@ -15,6 +15,7 @@ from ..model.mechanism import mechanism_of
 from ..model.plant import Plant, numbers_vector
 from ..model.respond import simulate, tangents
 from ..model.rig import Rig
+from .allowance import Allowance, Marginal, marginal_of
 from .faults import FaultyReading, faulty_readings
 from .free import Entry, day_entries, drive_entries, nuisance_entries, rig_entries, slot_index
 from .noise import Noise, Trust, trust_of
@@ -102,6 +103,7 @@ class Model:
         horizon: only so many periods of each record count [-]; inf for all.
         fixed: further entries, held at the given values [SI].
         only_opening: whether only what tells the start states counts.
+        allowances: by record, what is left open and summed out of whole records.
     """
 
     problem: Problem
@@ -111,6 +113,7 @@ class Model:
     horizon: float = np.inf
     fixed: tuple[tuple[Entry, float], ...] = ()
     only_opening: bool = False
+    allowances: Mapping[str, Allowance] = field(default_factory=dict)
 
     @cached_property
     def places(self) -> tuple[str, ...]:
@@ -203,18 +206,56 @@ class Model:
         parts = []
         predicted = self.predict(x)
         for prepared in self.problem.records:
-            for sensor in prepared.sensors:
-                key = prepared.name, sensor.channel.name
-                gap = sensor.values - predicted[key]
-                limit = RUNAWAY * np.max(np.abs(sensor.values))
-                gap = np.clip(np.where(np.isfinite(gap), gap, limit), -limit, limit)
-                parts.append(self._cut(prepared, sensor, self.noises[key].whiten(gap)))
+            parts.append(self.allowed(prepared, self._white_gap(prepared, predicted)))
         return np.concatenate([*parts, self._prior_pull(x)])
+
+    def _white_gap(self, prepared: Prepared, predicted: Mapping[Key, np.ndarray]) -> np.ndarray:
+        """Whitened measured minus simulated of one record, its channels stacked [-]."""
+        parts = []
+        for sensor in prepared.sensors:
+            key = prepared.name, sensor.channel.name
+            gap = sensor.values - predicted[key]
+            limit = RUNAWAY * np.max(np.abs(sensor.values))
+            gap = np.clip(np.where(np.isfinite(gap), gap, limit), -limit, limit)
+            parts.append(self._cut(prepared, sensor, self.noises[key].whiten(gap)))
+        return np.concatenate(parts)
+
+    @cached_property
+    def marginals(self) -> dict[str, Marginal]:
+        """What sums the allowances out, by record; none where only part of the records counts."""
+        if np.isfinite(self.horizon) or self.only_opening:
+            return {}
+        found = {}
+        for prepared in self.problem.records:
+            allowance = self.allowances.get(prepared.name)
+            lengths = tuple(len(sensor.values) for sensor in prepared.sensors)
+            if allowance is None or allowance.lengths != lengths:  # a record that was thinned
+                continue
+            columns = [
+                self.noises[prepared.name, sensor.channel.name].whiten(block)
+                for sensor, block in zip(prepared.sensors, allowance.columns, strict=True)
+            ]
+            found[prepared.name] = marginal_of(allowance, np.concatenate(columns))
+        return found
+
+    def allowed(self, prepared: Prepared, white: np.ndarray) -> np.ndarray:
+        """Whitened rows of one record, shape (samples, ...), its allowance summed out [-]."""
+        marginal = self.marginals.get(prepared.name)
+        return white if marginal is None else marginal.apply(white)
+
+    def estimates(self, predicted: Mapping[Key, np.ndarray]) -> dict[str, np.ndarray]:
+        """Best numbers of each record's allowance, in units of their priors [-]."""
+        return {
+            p.name: self.marginals[p.name].estimate(self._white_gap(p, predicted))
+            for p in self.problem.records
+            if p.name in self.marginals
+        }
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Derivative of `residual`, exact, shape (residuals, entries) [-]."""
         blocks = []
         for prepared in self.problem.records:
+            record: list[np.ndarray] = []
             columns = self.sensitivity(prepared, x)
             faulty = any(law.fault is not None for _, law in self.causes)
             grid = self.grid(prepared, x) if faulty else None
@@ -224,7 +265,8 @@ class Model:
                 if grid is not None:
                     moved = self._read_along(sensor, x, sample(sensor, grid[:, index]), moved)
                 block = -noise.whiten(moved)
-                blocks.append(self._cut(prepared, sensor, block))
+                record.append(self._cut(prepared, sensor, block))
+            blocks.append(self.allowed(prepared, np.concatenate(record)))
         return np.concatenate([*blocks, np.diag(self._prior_rate())[self._has_prior]])
 
     def sensitivity(self, prepared: Prepared, x: np.ndarray) -> list[np.ndarray]:

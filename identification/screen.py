@@ -117,20 +117,31 @@ def entry_of(fit: Fit, cause: Cause) -> Entry:
     place, law = cause
     problem = fit.problem
     rotation = problem.mechanism.turns(place) if place in problem.scales else False
-    if law.slot:
-        channels = [c for p in problem.records for c in p.record.channels if c.name == place]
-        rms = float(np.mean([np.std(c.values) for c in channels])) or 1.0
-        first = next(iter(problem.scales.values()))
-        scales = replace(first, stretch=0.1 * rms)
-        unit = law.unit(False, channels[0].unit)
-    else:
-        scales, unit = problem.scales[place], law.unit(rotation)
+    scales = _scales_at(fit, cause)
+    unit = law.unit(rotation and not law.slot, _channel_unit(fit, place))
     entry = law_entry(law, place, _natural(law, scales), unit, problem.records)
     names = numbers_at(fit, place, law.replaces) if law.replaces else []
     if names:
         low = -sum(problem.rig.parameters[name].value for name in names)
         entry = replace(entry, low=low)
     return entry
+
+
+def _scales_at(fit: Fit, cause: Cause) -> Scales:
+    """How large motions are at a place, or readings of a channel [SI]."""
+    place, law = cause
+    scales = fit.problem.scales
+    if not law.slot:
+        return scales[place]
+    channels = [c for p in fit.problem.records for c in p.record.channels if c.name == place]
+    rms = float(np.mean([np.std(c.values) for c in channels])) or 1.0
+    return replace(next(iter(scales.values())), stretch=0.1 * rms)
+
+
+def _channel_unit(fit: Fit, place: str) -> str:
+    """Unit of the channels of that name; nothing where there is none [-]."""
+    named = (c for p in fit.problem.records for c in p.record.channels if c.name == place)
+    return next((channel.unit for channel in named), "")
 
 
 def _natural(law: Law, scales: Scales) -> float:
@@ -190,15 +201,13 @@ def trials_of(fit: Fit, cause: Cause) -> list[Attempt]:
     entry = entry_of(fit, cause)
     if not law.shapes:
         return [Attempt(cause, entry, ())]
-    if place in fit.problem.scales:
-        scales, turns = fit.problem.scales[place], fit.problem.mechanism.turns(place)
-    else:
-        scales, turns = next(iter(fit.problem.scales.values())), False
+    turns = not law.slot and fit.problem.mechanism.turns(place)
+    scales, unit = _scales_at(fit, cause), _channel_unit(fit, place)
     choices = [shape.trials(scales) for shape in law.shapes]
     if fit.model.places and law.acts:  # each trial is a march there: only the middle ones
         choices = [(values[len(values) // 2],) for values in choices]
     return [
-        Attempt(cause, entry, tuple(shape_entries(law, place, values, turns)))
+        Attempt(cause, entry, tuple(shape_entries(law, place, values, turns, unit)))
         for values in product(*choices)
     ]
 
@@ -247,6 +256,16 @@ def _fault_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
             step, scale = 1.0 / sensor.channel.sample_rate, np.array([trial.entry.scale])
             block[:, column] = faulty.along(seen, np.zeros((len(seen), 1)), step, scale)[:, 0]
         blocks.append(-fit.model.noises[key].whiten(block))
+    return _allowed(fit, np.concatenate(blocks))
+
+
+def _allowed(fit: Fit, columns: np.ndarray) -> np.ndarray:
+    """Whitened columns of all records with the allowances summed out."""
+    blocks, low = [], 0
+    for prepared in fit.problem.records:
+        high = low + sum(len(sensor.values) for sensor in prepared.sensors)
+        blocks.append(fit.model.allowed(prepared, columns[low:high]))
+        low = high
     return np.concatenate(blocks)
 
 
@@ -283,7 +302,7 @@ def _force_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
             noise = model.noises[prepared.name, sensor.channel.name]
             block = sample(sensor, seen[: len(trials), :, i].T)
             blocks.append(-noise.whiten(block))
-    return np.concatenate(blocks)
+    return _allowed(fit, np.concatenate(blocks))
 
 
 def place_constants(plant: Plant, z: np.ndarray, place: str) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,13 @@ import pytest
 
 from supple.identification.extend import extended_model, held_out, thinned
 from supple.identification.fit import fit_base, solve
-from supple.identification.problem import Problem, make_problem
+from supple.identification.problem import (
+    Model,
+    Problem,
+    base_entries,
+    make_problem,
+    rough_noise,
+)
 from supple.identification.screen import screen
 from supple.model.rig import read_rig
 from tests.identification.benches import make_bench
@@ -91,7 +97,8 @@ def test_numbers_of_each_record_start_from_the_typical_one(clean_fit, tmp_path):
 def test_thinned_records_keep_the_answers(tmp_path):
     bench = make_bench(tmp_path, held=(), finer=8, snr_db=90.0)
     dense = make_problem(bench.records, bench.rig)
-    thin = thinned(dense)
+    model = Model(dense, base_entries(dense), (), rough_noise(dense))
+    thin = thinned(model).problem
     for before, after in zip(dense.records, thin.records, strict=True):
         assert after.count < 0.6 * before.count
         assert after.step * after.count == pytest.approx(before.step * before.count, rel=0.02)
@@ -104,8 +111,10 @@ def test_thinned_records_keep_the_answers(tmp_path):
 
 
 def test_short_records_are_not_thinned(softening_fit):
-    thin = thinned(softening_fit.problem)
-    assert [p.count for p in thin.records] == [p.count for p in softening_fit.problem.records]
+    thin = thinned(softening_fit.model)
+    assert [p.count for p in thin.problem.records] == [
+        p.count for p in softening_fit.problem.records
+    ]
 
 
 def test_an_extended_model_at_zero_strength_is_the_old_one(softening_fit):

@@ -1,0 +1,104 @@
+"""What a record leaves open and nobody asks for: numbers felt linearly, summed out.
+
+Hundreds of them cost nothing: with Gaussian priors they only change how residuals are weighed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Allowance:
+    """Linear nuisances of one record.
+
+    Attributes:
+        kinds: what each number is, of length m: ``drive`` (an error of a told motion),
+            ``delay`` (of a told motion's clock) or ``ringing`` (a higher mode's amplitude).
+        columns: for each sensor its response to each number, shapes (n, m) [SI per unit].
+        priors: standard deviations of the numbers, shape (m,) [SI].
+    """
+
+    kinds: tuple[str, ...]
+    columns: tuple[np.ndarray, ...]
+    priors: np.ndarray
+
+    @property
+    def lengths(self) -> tuple[int, ...]:
+        """Samples of each sensor [-]."""
+        return tuple(len(block) for block in self.columns)
+
+
+def joined(parts: Sequence[Allowance]) -> Allowance | None:
+    """Several allowances of one record as one; None for none."""
+    if not parts:
+        return None
+    kinds = tuple(kind for part in parts for kind in part.kinds)
+    blocks = zip(*(part.columns for part in parts), strict=True)
+    columns = tuple(np.concatenate(block, axis=1) for block in blocks)
+    return Allowance(kinds, columns, np.concatenate([part.priors for part in parts]))
+
+
+@dataclass(frozen=True, eq=False)
+class Marginal:
+    """An allowance under a noise law: whitened responses ``A`` as ``basis sizes turn'``.
+
+    With unknowns summed out a whitened residual r has the covariance ``1 + A A'``; `apply` is the
+    inverse root of it, so that the sum of squares stays the cost.
+
+    Attributes:
+        basis: orthonormal columns, shape (samples, rank) [-].
+        sizes: shape (rank,) [-].
+        turn: shape (m, rank), orthonormal columns [-].
+
+    Source: Lindley and Smith 1972, doi:10.1111/j.2517-6161.1972.tb00885.x, section 2;
+    tests/identification/test_allowance.py.
+    """
+
+    basis: np.ndarray
+    sizes: np.ndarray
+    turn: np.ndarray
+
+    def apply(self, white: np.ndarray) -> np.ndarray:
+        """Whitened rows, shape (samples, ...), with the allowance summed out [-]."""
+        share = 1.0 - 1.0 / np.sqrt(1.0 + self.sizes**2)
+        along = self.basis.T @ white
+        return white - self.basis @ (share.reshape((-1,) + (1,) * (white.ndim - 1)) * along)
+
+    def estimate(self, white: np.ndarray) -> np.ndarray:
+        """Best numbers in units of their priors, shape (m,), for whitened residuals [-]."""
+        return self.turn @ (self.sizes / (1.0 + self.sizes**2) * (self.basis.T @ white))
+
+
+LEAST_SIZE = 1e-6
+"""Directions that move a record by less than this, in noise units, are left out [-]."""
+
+
+def marginal_of(allowance: Allowance, whitened: np.ndarray) -> Marginal:
+    """Sum out an allowance.
+
+    Args:
+        allowance: of one record.
+        whitened: its columns of all sensors, stacked and whitened, shape (samples, m) [1/SI].
+
+    Returns:
+        What `Marginal` says.
+    """
+    scaled = whitened * allowance.priors
+    squares, turn = np.linalg.eigh(scaled.T @ scaled)
+    keep = squares > max(LEAST_SIZE**2, 1e-13 * float(squares[-1]))
+    sizes, turn = np.sqrt(squares[keep]), turn[:, keep]
+    return Marginal(scaled @ turn / sizes, sizes, turn)
+
+
+def without(allowance: Allowance, kind: str) -> Allowance | None:
+    """The allowance without one kind of numbers; None where nothing is left."""
+    keep = np.array([own != kind for own in allowance.kinds])
+    if not keep.any():
+        return None
+    columns = tuple(block[:, keep] for block in allowance.columns)
+    kinds = tuple(own for own in allowance.kinds if own != kind)
+    return replace(allowance, kinds=kinds, columns=columns, priors=allowance.priors[keep])

@@ -1,0 +1,68 @@
+"""Other starts of a fit: two springs in a row give the same frequencies in two ways."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .guess import bounded, constants_named, solve_linear
+from .problem import Model
+
+RATIOS = (1 / 6.0, 1 / 2.5, 2.5, 6.0)
+"""Factors on one stiffness against all others that are tried [-]."""
+
+TOGETHER = (0.5, 0.75, 1.0, 1.4, 2.0)
+"""Factors on all stiffnesses that are tried with each of these [-]."""
+
+MOST = 3
+"""Starts that are followed to their end [-]."""
+
+PERIODS = 10.0
+"""How much of each record a start is judged by, in periods [-]."""
+
+
+def has_basins(model: Model) -> bool:
+    """Whether the rig has two free stiffnesses or more, which may stand in for each other."""
+    return len(constants_named(model, "stiffness")) > 1
+
+
+def other_starts(model: Model, x: np.ndarray) -> list[np.ndarray]:
+    """Starts from which a fit may find another minimum than the one at `x`.
+
+    Each spring in turn is made stiffer or softer than all others, and all are scaled together;
+    start states follow in closed form.
+
+    Args:
+        model: linear model (no laws) with rough noise.
+        x: scaled unknowns of the minimum that was found.
+
+    Returns:
+        At most `MOST` scaled unknowns [-] inside their bounds, those that fit best first.
+
+    Source: tests/identification/test_starts.py.
+    """
+    near = replace(model, horizon=PERIODS)
+    springs = constants_named(model, "stiffness")
+    told = np.array([entry.value / entry.scale for entry in model.entries])
+    found: list[tuple[float, int, np.ndarray]] = []
+    for index in springs:
+        for center in (x, told):
+            for ratio in RATIOS:
+                for together in TOGETHER:
+                    start = center.copy()
+                    start[springs] *= together
+                    start[index] *= ratio
+                    start, cost = solve_linear(near, bounded(model, start))
+                    found.append((cost, len(found), start))
+    chosen: list[np.ndarray] = []
+    for _, _, start in sorted(found):
+        if all(_apart(start[springs], other[springs]) for other in chosen):
+            chosen.append(start)
+    return [bounded(model, start) for start in chosen[:MOST]]
+
+
+def _apart(first: np.ndarray, second: np.ndarray) -> bool:
+    """Whether two sets of stiffnesses differ by more than a common factor does."""
+    ratio = np.log(first / second)
+    return float(np.ptp(ratio)) > np.log(1.5)

@@ -1,0 +1,119 @@
+"""Which part of a record counts: after the hand, the blow and the ringing, until it has faded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..model.chain import DERIVATIVES, FORCES
+from ..model.linear import Mechanism, modes
+from .decay import free_from
+from .records import Record
+
+BLOW = 0.01
+"""How long an impact that no channel recorded is taken to last [s]."""
+
+CALM = {"release": 0.015, "blow": 0.06}
+"""What passes until a club moves in its lower modes alone, after a release and after a blow [s]:
+before that its higher ones ring, which no lumped model has. Source: the independent bench, where
+a blow leaves 12 noise units in the first 10 ms and 4 in the next 50."""
+
+FADED = 0.05
+"""A free decay is used until it has fallen below this share of its start [-]: what is left tells
+of other, smaller things."""
+
+
+def faded_at(record: Record, start: int) -> int:
+    """One past the last grid sample [-] before every response has faded away."""
+    rate, ends = record.sample_rate, [start + 64]
+    for channel in record.responses:
+        first = max(0, round((start / rate - channel.start_time) * channel.sample_rate))
+        values = channel.values[first:]
+        swing = np.abs(values - np.mean(values[-max(8, len(values) // 3) :]))
+        loud = np.flatnonzero(swing > FADED * np.quantile(swing, 0.97))
+        seconds = channel.start_time + (first + int(loud[-1]) + 1) / channel.sample_rate
+        ends.append(int(np.ceil(seconds * rate)))
+    return min(max(ends), len(record.times))
+
+
+REST = 0.1
+"""A driven record whose first samples move slower than this share of its fastest motion began at
+rest [-]."""
+
+
+def begins_at_rest(seen: Sequence[tuple[str, np.ndarray]]) -> bool:
+    """Whether a driven record begins at rest, by the quantity and values of its channels [SI]."""
+    for quantity, values in seen:
+        rate = np.abs(np.gradient(values)) if DERIVATIVES[quantity] == 0 else np.abs(values)
+        few = max(4, len(rate) // 10000)
+        if np.max(rate[:few]) > REST * np.max(rate):
+            return False
+    return True
+
+
+def opening_seconds(
+    mechanism: Mechanism, numbers: Mapping[str, float], free: float, whole: float, step: float
+) -> float:
+    """Three periods of a decay, ten of a driven record or at most a fiftieth of it [s].
+
+    Only a few samples where nothing oscillates: there the model's errors would bend the start
+    state at once.
+    """
+    if free > 0:
+        return max(3.0 / free, 24 * step)
+    found = modes(mechanism, numbers).damped_frequencies
+    oscillating = found[found > 0]
+    if not len(oscillating):
+        return 24 * step
+    return max(min(10.0 / float(oscillating.min()), 0.02 * whole), 24 * step)
+
+
+def calm_from(record: Record) -> float:
+    """When a recorded blow has rung out [s]; 0 where there is none."""
+    if record.test != "impact":
+        return 0.0
+    ends = [0.0]
+    for channel in record.inputs:
+        loud = np.flatnonzero(np.abs(channel.values) > FADED * np.max(np.abs(channel.values)))
+        if channel.quantity in FORCES and len(loud):
+            ends.append(channel.start_time + (int(loud[-1]) + 1) / channel.sample_rate)
+    return max(ends) + CALM["blow"] if max(ends) > 0 else 0.0
+
+
+def window(record: Record, club: bool) -> tuple[int, str]:
+    """First sample that is used, and why.
+
+    Args:
+        record: as read at the door.
+        club: whether a club moves, which rings on after a release or a blow.
+
+    Returns:
+        An index of the record's samples [-] and a sentence.
+    """
+    rate = record.sample_rate
+    at = record.start.get("at")
+    driven = [channel for channel in record.inputs if np.ptp(channel.values) > 0]
+    if at is not None and not driven:
+        if record.test == "impact":
+            after = max(3 / rate, CALM["blow"] if club else BLOW)
+            return (
+                round((at + after) * rate),
+                f"used from {1e3 * after:.0f} ms after the impact at {at:g} s; the blow itself is "
+                "not modelled",
+            )
+        if club:
+            after = CALM["release"]
+            return round((at + after) * rate), f"used from {1e3 * after:.0f} ms after the release"
+        return round(at * rate), f"used from the release at {at:g} s, as the sidecar says"
+    if record.test in ("decay", "impact") and not driven:
+        channel = max(record.responses, key=lambda c: len(c.values))
+        index = free_from(channel.values, channel.sample_rate)
+        seconds = index / channel.sample_rate
+        if index == 0:
+            return 0, "used from its first sample"
+        return (
+            round(seconds * rate),
+            f"let go by hand; used from the first crossing of rest at {seconds:.3f} s",
+        )
+    return 0, "driven; used whole, with an unknown start state"

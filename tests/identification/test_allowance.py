@@ -1,0 +1,189 @@
+"""Allowances: summing out is fitting with a prior; drives, levers and ringing are what they say."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from supple.identification.allowance import Allowance, joined, marginal_of, without
+from supple.identification.drive_error import drive_allowances, told_noise
+from supple.identification.fit import solve
+from supple.identification.lever import LEVER, lever_allowances
+from supple.identification.problem import Model, base_entries, make_problem, rough_noise
+from supple.identification.records import read_record
+from supple.identification.ringing import find_ringing, ringing_allowances
+from supple.model.rig import read_rig
+from tests.lab.sealed import draw_sealed
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.integers(0, 10_000), st.integers(1, 6), st.floats(-2, 2))
+def test_summing_out_is_fitting_with_a_prior(seed, count, size):
+    rng = np.random.default_rng(seed)
+    columns, priors = rng.normal(size=(40, count)), 10.0 ** rng.uniform(-2, size + 2, count)
+    white = rng.normal(size=40)
+    allowance = Allowance(("drive",) * count, (columns,), priors)
+    marginal = marginal_of(allowance, columns)
+    wide = np.vstack([columns * priors, np.eye(count)])
+    best = np.linalg.lstsq(wide, np.append(white, np.zeros(count)), rcond=None)[0]
+    cost = np.sum((np.append(white, np.zeros(count)) - wide @ best) ** 2)
+    assert np.sum(marginal.apply(white) ** 2) == pytest.approx(cost, rel=1e-8)
+    assert marginal.estimate(white) == pytest.approx(best, rel=1e-6, abs=1e-7)
+    pair = rng.normal(size=(40, 2))
+    together = marginal.apply(pair)
+    assert together[:, 0] == pytest.approx(marginal.apply(pair[:, 0]))
+
+
+def test_allowances_of_one_record_are_joined_and_told_apart():
+    one = Allowance(("drive",), (np.ones((3, 1)), np.ones((2, 1))), np.array([1.0]))
+    two = Allowance(("lever", "lever"), (np.zeros((3, 2)), np.ones((2, 2))), np.array([2.0, 3.0]))
+    both = joined([one, two])
+    assert both is not None and both.kinds == ("drive", "lever", "lever")
+    assert [block.shape for block in both.columns] == [(3, 3), (2, 3)]
+    assert list(both.priors) == [1.0, 2.0, 3.0]
+    rest = without(both, "lever")
+    assert rest is not None and rest.kinds == ("drive",)
+    assert without(one, "drive") is None and joined([]) is None
+
+
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory):
+    """Two driven records of a lumped club, without anything hidden, and their model."""
+    folder = tmp_path_factory.mktemp("driven")
+    draw_sealed(
+        folder, "A", 5, effects=0, model="driven_wrist", noise="white", train=2, held_out=0,
+        samples=1024,
+    )  # fmt: skip
+    records = [read_record(path) for path in sorted((folder / "records").glob("train*.toml"))]
+    problem = make_problem(records, read_rig(folder / "records" / "rig.toml"))
+    model = Model(problem, base_entries(problem), (), rough_noise(problem))
+    return model, np.array([entry.value / entry.scale for entry in model.entries])
+
+
+def test_a_knot_of_a_drive_moves_the_sensors_as_a_moved_input_does(driven):
+    model, x = driven
+    prepared = next(p for p in model.problem.records if not p.free and p.record.test == "driven")
+    part = drive_allowances(model, x)[prepared.name][0]
+    knot = len(part.kinds) // 2
+    stride = round(0.004 / prepared.step)
+    from scipy.interpolate import BSpline
+
+    bump = BSpline.basis_element(np.arange(5.0))(np.arange(1, 4 * stride) / stride)
+    size = 1e-3
+    inputs = prepared.inputs.copy()
+    at = stride * (knot - 3) + 1
+    inputs[at : at + len(bump), 0] += size * bump
+    moved = replace(
+        model, problem=replace(model.problem, records=(replace(prepared, inputs=inputs),))
+    )
+    still = replace(model, problem=replace(model.problem, records=(prepared,)))
+    for index, sensor in enumerate(prepared.sensors):
+        key = prepared.name, sensor.channel.name
+        change = (moved.predict(x)[key] - still.predict(x)[key]) / size
+        column = part.columns[index][:, knot]
+        assert column == pytest.approx(change, abs=2e-3 * np.abs(change).max()), key
+
+
+def test_a_clock_moves_the_sensors_as_a_late_input_does(driven):
+    model, x = driven
+    prepared = next(p for p in model.problem.records if p.record.test == "driven")
+    parts = drive_allowances(model, x)[prepared.name]
+    clock = next(part for part in parts if part.kinds == ("delay",))
+    assert clock.priors[0] == pytest.approx(2e-4)
+    late, grid = 1e-4, np.arange(len(prepared.inputs)) * prepared.step
+    inputs = np.interp(grid - late, grid, prepared.inputs[:, 0])[:, None]
+    records = [replace(prepared, inputs=inputs), prepared]
+    models = [replace(model, problem=replace(model.problem, records=(r,))) for r in records]
+    for index, sensor in enumerate(prepared.sensors):
+        if sensor.port.quantity == "acceleration":
+            continue  # straight lines between samples kink the shifted angle
+        key = prepared.name, sensor.channel.name
+        change = (models[0].predict(x)[key] - models[1].predict(x)[key]) / late
+        column = clock.columns[index][:, 0]
+        assert column == pytest.approx(change, abs=0.03 * np.abs(change).max()), key
+
+
+def test_the_noise_of_a_feedback_is_at_least_its_rounding(driven):
+    model, _ = driven
+    channel = next(c for p in model.problem.records for c in p.record.inputs)
+    step = np.radians(0.01)
+    assert step / np.sqrt(12) * 0.99 < told_noise(channel) < step
+    rng = np.random.default_rng(1)
+    times = np.arange(500) / 250.0
+    noisy = replace(channel, values=np.sin(9 * times) + 1e-3 * rng.standard_normal(500))
+    assert told_noise(noisy) == pytest.approx(1e-3, rel=0.15)
+    assert told_noise(replace(channel, noise=0.5)) == 0.5
+
+
+def test_a_lever_feels_the_turn(driven):
+    model, x = driven
+    found = lever_allowances(model, x)
+    prepared = next(p for p in model.problem.records if p.name in found)
+    at = next(i for i, s in enumerate(prepared.sensors) if s.port.place == "clubhead")
+    part = found[prepared.name]
+    assert np.all(part.priors == LEVER)
+    # a sensor further out feels more of the collet's turn: the lever's own column
+    column = part.columns[at][:, 0]
+    encoder = next(s for s in prepared.sensors if s.port.place == "collet")
+    turned = model.predict(x)[prepared.name, encoder.channel.name]
+    order = {"position": 0, "velocity": 1, "acceleration": 2}[prepared.sensors[at].port.quantity]
+    rate = encoder.channel.sample_rate
+    slow = np.interp(encoder.times, prepared.sensors[at].times, column)
+    for _ in range(order):
+        turned = np.gradient(turned, 1 / rate)
+    inner = slice(10, -10)
+    assert np.corrcoef(slow[inner], turned[inner])[0, 1] > 0.98
+
+
+def test_a_tone_that_rings_on_is_heard_and_summed_out(driven):
+    model, _ = driven
+    prepared = model.problem.records[-1]
+    free = replace(prepared, free=True)
+    model = replace(model, problem=replace(model.problem, records=(free,)))
+    rng = np.random.default_rng(3)
+    gaps = {}
+    for sensor in free.sensors:
+        key = free.name, sensor.channel.name
+        std = model.noises[key].marginal_std
+        gaps[key] = std * rng.standard_normal(len(sensor.values))
+    assert find_ringing(model, gaps) is None
+    for sensor in free.sensors:
+        key = free.name, sensor.channel.name
+        if sensor.channel.sample_rate < 1000:
+            continue
+        since = sensor.times - sensor.times[0]
+        tone = np.exp(-0.05 * 2 * np.pi * 55 * since) * np.cos(2 * np.pi * 55 * since + 0.4)
+        gaps[key] = gaps[key] + 4 * model.noises[key].marginal_std * tone
+    heard = find_ringing(model, gaps)
+    assert heard is not None
+    assert heard.frequency == pytest.approx(55.0, abs=1.0)
+    assert heard.ratio == pytest.approx(0.05, rel=0.35)
+    part = ringing_allowances(model, heard)[free.name]
+    columns = [
+        model.noises[free.name, s.channel.name].whiten(block)
+        for s, block in zip(free.sensors, part.columns, strict=True)
+    ]
+    white = [
+        model.noises[free.name, s.channel.name].whiten(gaps[free.name, s.channel.name])
+        for s in free.sensors
+    ]
+    stacked = np.concatenate(white)
+    left = marginal_of(part, np.concatenate(columns)).apply(stacked)
+    assert np.sum(left**2) < np.sum(stacked**2) - 0.9 * heard.gain
+
+
+def test_a_model_with_an_allowance_has_the_slope_of_its_residual(driven):
+    model, x = driven
+    parts = drive_allowances(model, x)
+    open_ = {name: joined(some) for name, some in parts.items()}
+    wide = replace(model, allowances={n: a for n, a in open_.items() if a is not None})
+    slope = wide.jacobian(x)
+    for index in (0, len(x) - 1):
+        step = np.zeros(len(x))
+        step[index] = 1e-5
+        change = (wide.residual(x + step) - wide.residual(x - step)) / 2e-5
+        assert slope[:, index] == pytest.approx(change, abs=1e-4 * np.abs(change).max())
+    assert np.sum(wide.residual(x) ** 2) < np.sum(model.residual(x) ** 2)
+    fit = solve(wide, x, 0)
+    assert set(fit.estimates) == set(wide.allowances)

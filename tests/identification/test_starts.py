@@ -1,0 +1,60 @@
+"""Other starts: two springs in a row give the same frequencies in two ways."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from supple.identification.fit import fit_base
+from supple.identification.problem import Model, base_entries, make_problem, rough_noise
+from supple.identification.records import read_record
+from supple.identification.starts import MOST, has_basins, other_starts
+from supple.model.rig import read_rig
+from tests.lab.draw import draw_case
+
+SPRINGS = ("links.spring_a.stiffness", "links.spring_b.stiffness")
+
+
+@pytest.fixture(scope="module")
+def twin(tmp_path_factory):
+    """A chain of two masses and the pair of stiffnesses that gives its two frequencies again."""
+    case = draw_case(tmp_path_factory.mktemp("twin"), 70036, bench="chain", snr_db=40.0)
+    problem = make_problem([read_record(path) for path in case.train], read_rig(case.rig))
+    return problem, case.truth["constants"]
+
+
+def test_a_start_in_the_wrong_basin_ends_in_the_right_one(twin):
+    problem, truth = twin
+    first, second = (truth[name] for name in SPRINGS)
+    masses = [number.value for name, number in problem.rig.parameters.items() if "mass" in name]
+    # k_a k_b and the sum of squares of the frequencies stay: swap which spring is the stiff one
+    ratio = (masses[0] + masses[1]) / masses[1] if len(masses) > 1 else 2.0
+    wrong = {SPRINGS[0]: ratio * second, SPRINGS[1]: first / ratio}
+    parameters = {
+        name: number.at(wrong.get(name, number.value))
+        for name, number in problem.rig.parameters.items()
+    }
+    fit = fit_base(replace(problem, rig=replace(problem.rig, parameters=parameters)))
+    for name in SPRINGS:
+        index = fit.index(name)
+        assert fit.value(index) == pytest.approx(truth[name], abs=5 * fit.std(index)), name
+    assert fit.reduced_chi2 < 1.2
+
+
+def test_starts_lie_inside_their_bounds_and_differ(twin):
+    problem, _ = twin
+    model = Model(problem, base_entries(problem), (), rough_noise(problem))
+    assert has_basins(model)
+    x = np.array([entry.value / entry.scale for entry in model.entries])
+    found = other_starts(model, x)
+    assert 0 < len(found) <= MOST
+    for start in found:
+        for entry, value in zip(model.entries, start, strict=True):
+            assert entry.low <= value * entry.scale <= entry.high, entry.label
+    own = [model.entries.index(e) for e in model.entries if e.name in SPRINGS]
+    ratios = [start[own[0]] / start[own[1]] for start in found]
+    assert max(ratios) > 1.2 * min(ratios)
+
+
+def test_one_spring_has_one_basin(clean_fit):
+    assert not has_basins(clean_fit.model)
