@@ -27,6 +27,7 @@ test-slow: $(INSTALLED) $(LINK)
 	$(BIN)/python -m pytest -q -m slow
 
 bench: $(INSTALLED)
+	@PYTHONWARNINGS=ignore $(PIP) --no-build-isolation -e '.[dev,bench]'
 	$(BIN)/python -m supple.studies.benchmark
 
 install: $(INSTALLED) $(LINK)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -14,7 +14,7 @@ import numpy as np
 
 from .door import nearest, one_of
 from .drives import ON_SAMPLE, Drive
-from .law import Law, library, unit_of
+from .law import Law, library
 from .linear import Mechanism, state_space
 from .plant import Plant
 from .prescribed import AT_REST
@@ -80,10 +80,7 @@ def acting_laws(tables: Iterable[Mapping[str, Any]], mechanism: Mechanism) -> tu
 
 
 def _acting(table: Mapping[str, Any], index: int, mechanism: Mechanism) -> Acting:
-    def refuse(key: str, expected: str, found: str, mend: str) -> ValueError:
-        at = f"[[laws]] item {index} {key}"
-        return ValueError(f"{at}: expected {expected}, found {found}. Mend: {mend}.")
-
+    refuse = refusal(index)
     name, place = str(table["law"]), str(table["place"])
     if name not in library():
         mend = f"write '{nearest(name, library()) or 'coulomb_friction'}'"
@@ -97,23 +94,59 @@ def _acting(table: Mapping[str, Any], index: int, mechanism: Mechanism) -> Actin
         expected = f"a place where '{name}' can act: {one_of(fitting)}"
         mend = "write one of them" if fitting else "remove this law"
         raise refuse("place", expected, f"'{place}'", mend)
-    symbol, shapes = law.symbol_at(turns), [shape.symbol for shape in law.shapes]
+    units = [law.unit(turns), *(shape.unit(turns) for shape in law.shapes)]
+    given = stated(table, law.symbol_at(turns), law, units, refuse, WIDTHS)
+    shapes = tuple(given[shape.symbol] for shape in law.shapes)
+    wide, fast = (given.get(key) for key in WIDTHS)
+    return Acting(place, law, given[law.symbol_at(turns)], wide, fast, shapes)
+
+
+def refusal(index: int) -> Callable[[str, str, str, str], ValueError]:
+    """What makes the error of one table of ``[[laws]]`` of key, expected, found and mend [-]."""
+
+    def refuse(key: str, expected: str, found: str, mend: str) -> ValueError:
+        at = f"[[laws]] item {index} {key}"
+        return ValueError(f"{at}: expected {expected}, found {found}. Mend: {mend}.")
+
+    return refuse
+
+
+def stated(
+    table: Mapping[str, Any],
+    symbol: str,
+    law: Law,
+    units: Sequence[str],
+    refuse: Callable[[str, str, str, str], ValueError],
+    more: tuple[str, ...] = (),
+) -> dict[str, float]:
+    """The numbers that a law's table states, by their symbols [SI].
+
+    Args:
+        table: ``parameters``, of numbers or tables with ``value``.
+        symbol: of the strength.
+        law: tells its shapes.
+        units: of the strength and of each shape, for messages.
+        refuse: makes the error of key, expected, found and mend.
+        more: widths that may be stated too.
+
+    Raises:
+        ValueError: for a number that is missing, unknown or not above 0.
+    """
+    shapes = [shape.symbol for shape in law.shapes]
     given = {key: _value(entry) for key, entry in table.get("parameters", {}).items()}
     for key in given:
-        if key not in (symbol, *shapes, *WIDTHS):
-            raise refuse("parameters", one_of((symbol, *shapes, *WIDTHS)), f"'{key}'", "remove it")
-    units = [law.unit(turns), *(unit_of(shape.dimension, turns) for shape in law.shapes)]
+        if key not in (symbol, *shapes, *more):
+            raise refuse("parameters", one_of((symbol, *shapes, *more)), f"'{key}'", "remove it")
     for wanted, unit in zip((symbol, *shapes), units, strict=True):
         if wanted not in given:
             raise refuse("parameters", f"'{wanted}' [{unit}]", "nothing", f"add {wanted} = ...")
     for key in shapes:
         if not given[key] > 0:
             raise refuse(key, "a number above 0", f"{given[key]:g}", "correct it")
-    for key in WIDTHS:
+    for key in more:
         if key in given and not given[key] > 0:
             raise refuse(key, "a width above 0", f"{given[key]:g}", "remove it, or widen it")
-    wide, fast = (given.get(key) for key in WIDTHS)
-    return Acting(place, law, given[symbol], wide, fast, tuple(given[key] for key in shapes))
+    return given
 
 
 def _value(entry: Any) -> float:

@@ -21,7 +21,7 @@ WITHOUT_SPRING = ("fixed_collet", "driven_collet")
 MODELS = (*WITH_SPRING, *WITHOUT_SPRING)
 
 REFRESH = 100
-"""Steps for which one iteration matrix serves, where no law has corners [-]."""
+"""Steps for which one iteration matrix serves; the slopes of laws are put in anew at each [-]."""
 
 
 @dataclass(frozen=True)
@@ -96,12 +96,12 @@ def trace(
 
 
 def _turned(known: tuple[Array, ...], angle: Array) -> tuple[Array, Array]:
-    """Cosine and sine of an angle near a known one, by Taylor's series to the fifth order."""
+    """Cosine and sine of an angle near a known one, by Taylor's series to the seventh order."""
     before, cosine, sine = known
     e = angle - before
     square = e * e
-    even = 1.0 - square * (0.5 - square / 24.0)
-    odd = e * (1.0 - square * (1.0 / 6.0 - square / 120.0))
+    even = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square / 720.0))
+    odd = e * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0 - square / 5040.0)))
     return cosine * even - sine * odd, sine * even + cosine * odd
 
 
@@ -122,7 +122,7 @@ class PlanarPlant:
         self, model: str, acting: tuple[Acting, ...], p: Mapping[str, Array], pull: Array,
         strengths: Array, widths: Array, shapes: tuple[tuple[Array, ...], ...] = (),
     ) -> None:  # fmt: skip
-        self.p, self.pull, self.acting = p, pull, acting
+        self.model, self.p, self.pull, self.acting = model, p, pull, acting
         self.strengths, self.widths = strengths, jnp.broadcast_to(widths, (len(acting), 2))
         self.shapes = shapes
         self.wrist = model in WITH_SPRING
@@ -220,29 +220,47 @@ class PlanarPlant:
 
     def matrices(self, q: Numbers, v: Numbers, u: Numbers) -> tuple[Array, Array, Array]:
         """Mass, damping and stiffness about a state, each (n, n, designs) [SI]."""
-        still = tuple(jnp.zeros_like(x) for x in q)
-        states, known = [q, v, still], self.ready(q)
+        n, known = len(q), self.ready(q)
 
-        def slope(which: int) -> Array:
-            columns = []
-            for index in range(len(q)):
-                pushed = list(states)
-                unit = tuple(jnp.full_like(x, float(i == index)) for i, x in enumerate(q))
+        def along(unit: Array) -> Array:
+            moved = tuple(tuple(x + 0.0 * q[0] for x in part) for part in unit.reshape(3, n))
+            still = tuple(jnp.zeros_like(x) for x in q)
 
-                def along(moved: Numbers, pushed: list[Numbers] = pushed) -> Numbers:
-                    pushed[which] = moved
-                    return self.imbalance(pushed[0], pushed[1], pushed[2], u, known)
+            def left(q: Numbers, v: Numbers, a: Numbers) -> Array:
+                return jnp.stack(self.imbalance(q, v, a, u, known))
 
-                columns.append(jnp.stack(jax.jvp(along, (states[which],), (unit,))[1]))
-            return jnp.stack(columns, axis=1)
+            return jax.jvp(left, (q, v, still), moved)[1]
 
-        return slope(2), slope(1), slope(0)
+        slopes = jax.vmap(along)(jnp.eye(3 * n)).reshape(3, n, n, -1)
+        k, c, m = jnp.moveaxis(slopes, 1, 2)
+        return m, c, k
 
     def inverse(self, q: Numbers, v: Numbers, u: Numbers, step: Array) -> Array:
         """Of the stage equations about a state, shape (n, n, 3, 3, designs) [SI of 1/mass]."""
-        m, c, k = self.matrices(q, v, u)
-        many = jax.vmap(iteration_matrix, in_axes=(-1, -1, -1, None), out_axes=-1)
-        return many(m, c, k, step)
+        return iteration_matrix(*self.matrices(q, v, u), step)
+
+    def bent(
+        self, about: tuple[Array, Array, Array], q: Numbers, v: Numbers, u: Numbers, step: Array
+    ) -> Array:
+        """`inverse` [SI of 1/mass] of matrices without laws, the laws' slopes put in."""
+        m, c, k = about
+        whole = self.whole(q), self.whole(v)
+        for number, (place, row, _, _) in enumerate(self.rows):
+            if all(acting.place != place for acting in self.acting):
+                continue
+            at = self.stretches(number, *whole, u)
+            ones = tuple(jnp.ones_like(x) for x in at)
+            none = tuple(jnp.zeros_like(x) for x in at)
+
+            def law(stretch: Array, speed: Array, number: int = number) -> Array:
+                return self._laws(number, stretch, speed, None)
+
+            stiff = jax.jvp(law, at, (ones[0], none[1]))[1]
+            lossy = jax.jvp(law, at, (none[0], ones[1]))[1]
+            kept = jnp.stack([0.0 * q[0] + x for x in self.kept(tuple(row[:4]))])
+            both = kept[:, None] * kept[None]
+            k, c = k + both * stiff, c + both * lossy
+        return iteration_matrix(m, c, k, step)
 
     def held(self, first: Array) -> Numbers:
         """Signals of drives that are held where they start, eight of shape (designs,) [SI]."""
@@ -280,11 +298,15 @@ class PlanarPlant:
             given = [zero + x for x in start]
             q, v = self.kept(tuple(given[:4])), self.kept(tuple(given[4:]))
         still = tuple(zero for _ in q)
-        inverse = partial(self.inverse, step=step)
-        refresh = 1 if self.acting else REFRESH
+        inverse, anew = partial(self.inverse, step=step), None
+        if self.acting:
+            inverse = PlanarPlant(
+                self.model, (), self.p, self.pull, self.strengths[:0], jnp.zeros(2)
+            ).matrices
+            anew = partial(self.bent, step=step)
         down, side = planar.pivot_acceleration(self.p, (u[:, 0], u[:, 2], u[:, 4]), self.pull, jnp)
         w = (*(u[:, i] for i in range(4)), down, side, u[:, 6], u[:, 7])
-        moved = march(self.imbalance, q, v, w, step, inverse, iterations, refresh, self.ready)
+        moved = march(self.imbalance, q, v, w, step, inverse, iterations, REFRESH, self.ready, anew)
         joined = [
             tuple(jnp.concatenate([x[None], xs]) for x, xs in zip(one, many, strict=True))
             for one, many in zip((q, v, still), moved[:3], strict=True)

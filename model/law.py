@@ -54,11 +54,17 @@ class Shape:
         symbol: its name in results, such as ``knee``.
         dimension: exponents of force, length and time in its unit [-].
         trials: values [in its unit] that are worth a trial for motions of the given scales.
+        of_channel: whether its unit begins with the channel's.
     """
 
     symbol: str
     dimension: tuple[int, int, int]
     trials: Callable[[Scales], tuple[float, ...]]
+    of_channel: bool = False
+
+    def unit(self, rotation: bool, channel_unit: str = "") -> str:
+        """SI unit as text [-]; arguments as for `Law.unit`."""
+        return _with_channel(unit_of(self.dimension, rotation), self.of_channel, channel_unit)
 
 
 @dataclass(frozen=True)
@@ -102,22 +108,23 @@ class Law:
     Attributes:
         name: the contract's name.
         kind: where it acts: ``link``, ``mass``, ``reading`` (a measured channel), ``response``
-            (the same, where something drives the record) or ``channel`` (a measured channel or
-            a drive's).
+            (the same, where something drives the record), ``channel`` (a measured channel or
+            a drive's), ``axis`` (an accelerometer) or ``load`` (the place where a sensor sits).
         symbol: name of its strength in results, such as ``torque`` or ``gap``.
         dimension: exponents of force, length and time in the strength's unit [-].
         force: ``force(strength, stretch, rate, place)``, the force that resists the stretch
             [N or N m]; ``None`` for a law of a sensor.
         slot: for a law of a sensor, which number of the channel it moves: offset, gain or
-            delay; ``fault`` where it misreads in its own way.
+            delay; ``fault`` where it misreads in its own way; ``axis`` where it looks another
+            way; ``load`` where it weighs on the rig.
         fault: that way.
         of_channel: whether the strength's unit begins with the channel's.
         natural: strength [in its unit] that matters for motions of the given scales.
         signed: whether the strength may be negative.
         dissipative: whether it can only take energy away.
         rotation: True or False where it makes sense for angles or for displacements only.
-        replaces: the rig's own number that says the same (``stiffness`` or ``damping``): the law
-            is not tried where a fit already varies that number.
+        replaces: the rig's own number that says the same (``stiffness``, ``damping`` or ``mass``):
+            the law is not tried where a fit already varies that number.
         memory: how it acts where its force depends on what went before; then ``force`` is None.
         shapes: its further numbers, always above 0.
         limit: the simpler law that it becomes at an end of its shapes: where that one does nearly
@@ -168,14 +175,23 @@ class Law:
         Returns:
             The unit, such as ``N m s^2/rad^2`` [-].
         """
-        if self.of_channel:
-            own = unit_of(self.dimension, rotation)
-            return channel_unit if own == "1" else channel_unit + own.removeprefix("1")
-        return unit_of(self.dimension, rotation)
+        return _with_channel(unit_of(self.dimension, rotation), self.of_channel, channel_unit)
+
+
+def _with_channel(own: str, of_channel: bool, channel_unit: str) -> str:
+    if not of_channel:
+        return own
+    return channel_unit if own == "1" else channel_unit + own.removeprefix("1")
+
+
+INERTIA = (1, -1, 2)
+"""Exponents of a mass or a moment of inertia [-]."""
 
 
 def unit_of(dimension: tuple[int, int, int], rotation: bool) -> str:
     """SI unit [-] of exponents of force, length and time, for displacements or for angles."""
+    if dimension == INERTIA:
+        return "kg m^2" if rotation else "kg"
     force, length, time = dimension
     top, bottom = [], []
     parts = (

@@ -32,9 +32,10 @@ def mechanism_of(rig: Rig, planar: bool = False) -> Mechanism:
         raise fault(
             rig.path,
             "[rig] fidelity",
-            "'thesis', the small motions in the collet's frame that are fitted and swept",
+            "'thesis', the small motions in the collet's frame that are fitted",
             f"'{rig.fidelity}'",
-            "write fidelity = 'thesis', or leave it out; `supple simulate` knows 'planar' too",
+            "write fidelity = 'thesis', or leave it out; `supple simulate` and `supple sweep` know "
+            "'planar' too",
         )
     if rig.fidelity == "thesis" and INCLINATION in rig.parameters:
         expected = "fidelity = 'planar', the only one with weight"

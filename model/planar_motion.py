@@ -15,7 +15,7 @@ from .linear import Port
 from .motion import TOLERANCE, Motion, uniform
 from .planar_march import Course, Legs, Plane, begin, legs
 from .planar_release import released, rest
-from .planar_sensors import Track, planar_samples
+from .planar_sensors import planar_samples, track_of
 from .radau import NODES
 from .robot import INCLINATION, Robot
 
@@ -55,8 +55,16 @@ RAN_AWAY = (
 
 
 @dataclass(frozen=True)
-class _Case:
-    """One motion to be marched: the model, its numbers and its drive."""
+class Case:
+    """One motion to be marched: the model, its numbers and its drive.
+
+    Attributes:
+        model: one of `lagrange.MODELS`.
+        acting: laws in force.
+        plane: the numbers [SI].
+        drive: what moves it.
+        times: uniform samples from 0 on, shape (t,) [s].
+    """
 
     model: str
     acting: tuple[Acting, ...]
@@ -122,10 +130,10 @@ def respond_planar(
             "drive: expected a prescribed angle without leaps where laws act, found one that "
             "leaps. Mend: give a profile, or a sine that ends with a half wave."
         )
-    case = _case(robot, numbers, drive, times)
+    case = case_of(robot, numbers, drive, times)
     if listed:
         case = _with_laws(case, listed)
-    run, error, refinement = _refined(case, _start(case))
+    run, error, refinement = _refined(case, start_of(case))
     return _motion(robot, case, run, sensors, error, refinement)
 
 
@@ -150,8 +158,8 @@ def check_laws(listed: Iterable[extended.Acting]) -> None:
         )
 
 
-def _case(robot: Robot, numbers: Mapping[str, float], drive: Drive, times: np.ndarray) -> _Case:
-    """Without laws, at rest in the origin.
+def case_of(robot: Robot, numbers: Mapping[str, float], drive: Drive, times: np.ndarray) -> Case:
+    """A motion without laws of numbers [SI] over sample times [s], at rest in the origin.
 
     A collet without a spring is one with a spring of no stiffness: one program for both.
     """
@@ -167,10 +175,10 @@ def _case(robot: Robot, numbers: Mapping[str, float], drive: Drive, times: np.nd
         table |= {"wrist_stiffness": 0.0, "wrist_damping": 0.0}
     model = robot.model if robot.model == "fixed_collet" else "pinned_wrist"
     plane = Plane(table, pull, np.zeros(0), np.zeros((0, 2)), ())
-    return _Case(model, (), plane, drive, times)
+    return Case(model, (), plane, drive, times)
 
 
-def _begun(drive: Drive) -> np.ndarray:
+def begun_signals(drive: Drive) -> np.ndarray:
     """Signals before the first sample, shape (8,) [SI]."""
     found = np.zeros(8)
     for joint in drive.joints:
@@ -178,9 +186,9 @@ def _begun(drive: Drive) -> np.ndarray:
     return found
 
 
-def _start(case: _Case) -> tuple[np.ndarray, np.ndarray]:
+def start_of(case: Case) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates and their rates before the first sample, shape (4,) each [SI]."""
-    arm, wrist, turn, flick = _begun(case.drive)[:4]
+    arm, wrist, turn, flick = begun_signals(case.drive)[:4]
     if case.drive.hold is None:
         q = rest(case.model, case.acting, case.plane, arm, wrist)
     else:
@@ -189,15 +197,15 @@ def _start(case: _Case) -> tuple[np.ndarray, np.ndarray]:
     return q, np.array([(turn + flick) * turning, 0.0, 0.0, 0.0])
 
 
-def _with_laws(case: _Case, listed: tuple[extended.Acting, ...]) -> _Case:
+def _with_laws(case: Case, listed: tuple[extended.Acting, ...]) -> Case:
     """The same with laws in force; the width of a corner is a share of the motion without them."""
     widths = np.full((len(listed), 2), np.nan)
     for index, one in enumerate(listed):
         stated = one.stretch_width, one.rate_width
         widths[index] = [np.nan if width is None else width for width in stated]
     if np.any(np.isnan(widths)):
-        run = _march(case, _start(case), 1)
-        drive = _sampled(case.drive, case.times)[: len(run.q)]
+        run = _march(case, start_of(case), 1)
+        drive = sampled_signals(case.drive, case.times)[: len(run.q)]
         for index, one in enumerate(listed):
             moved = _stretches(case, one.place, run, drive)
             found = [extended.WIDTH * float(np.sqrt(np.mean(part**2))) for part in moved]
@@ -210,7 +218,7 @@ def _with_laws(case: _Case, listed: tuple[extended.Acting, ...]) -> _Case:
 
 
 def _stretches(
-    case: _Case, place: str, run: _Run, drive: np.ndarray
+    case: Case, place: str, run: _Run, drive: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Stretches of a place and their rates, shape (rows, t) [m or rad, and a second]."""
     rows = [row for at, row, _, _ in planar.spring_rows(case.numbers, True) if at == place]
@@ -220,10 +228,10 @@ def _stretches(
     )
 
 
-def _refined(case: _Case, start: tuple[np.ndarray, np.ndarray]) -> tuple[_Run, float, int]:
+def _refined(case: Case, start: tuple[np.ndarray, np.ndarray]) -> tuple[_Run, float, int]:
     """A march, its estimated error, and into how many parts its first steps were cut."""
     refinement, error, run = 1, np.inf, _march(case, start, 1)
-    count = len(_grid(case.drive, case.times, 1)[0])
+    count = len(steps_of(case.drive, case.times, 1)[0])
     most = max(2, min(MOST_REFINEMENT, MOST_STEPS // count))
     while error > (FINE if refinement < ENOUGH else TOLERANCE) and refinement < most:
         refinement *= 2
@@ -235,7 +243,7 @@ def _refined(case: _Case, start: tuple[np.ndarray, np.ndarray]) -> tuple[_Run, f
     return run, error, refinement
 
 
-def _error(run: _Run, finer: _Run, case: _Case) -> float:
+def _error(run: _Run, finer: _Run, case: Case) -> float:
     """Estimated error of the finer run, as a share of the largest value of each state."""
     if len(run.q) != len(finer.q) or not finer.change <= UNSETTLED:
         return np.inf
@@ -250,7 +258,7 @@ def _error(run: _Run, finer: _Run, case: _Case) -> float:
     return worst / THIRD_ORDER
 
 
-def _grid(drive: Drive, times: np.ndarray, refinement: int) -> tuple[np.ndarray, np.ndarray]:
+def steps_of(drive: Drive, times: np.ndarray, refinement: int) -> tuple[np.ndarray, np.ndarray]:
     """Starts of all steps, the last sample included, and which of them are samples [s]."""
     sampling = float(times[-1]) / (len(times) - 1)
     edges = np.array([*drive.edges, *(e for joint in drive.joints for e in joint.edges)])
@@ -266,16 +274,16 @@ def _grid(drive: Drive, times: np.ndarray, refinement: int) -> tuple[np.ndarray,
     return np.append(cut, whole[-1]), first[np.searchsorted(whole, times)]
 
 
-def _march(case: _Case, start: tuple[np.ndarray, np.ndarray], refinement: int) -> _Run:
+def _march(case: Case, start: tuple[np.ndarray, np.ndarray], refinement: int) -> _Run:
     """March through all steps, chunk by chunk; a motion that runs away ends."""
-    starts, samples = _grid(case.drive, case.times, refinement)
+    starts, samples = steps_of(case.drive, case.times, refinement)
     steps = np.append(np.diff(starts), 0.0)
-    pushes = _pushes(case.drive, starts)
-    course: Course = begin(case.model, case.acting, case.plane, *start, _begun(case.drive))
+    pushes = pushes_of(case.drive, starts)
+    course: Course = begin(case.model, case.acting, case.plane, *start, begun_signals(case.drive))
     p, tables, bend, change = case.numbers, [], 0.0, 0.0
     for low in range(0, len(starts), CHUNK):
         part = slice(low, min(low + CHUNK, len(starts)))
-        ahead = _legs(case.drive, starts[part], steps[part], pushes[part])
+        ahead = legs_of(case.drive, starts[part], steps[part], pushes[part])
         course, found = legs(case.model, case.acting, case.plane, course, ahead)
         q, v, a, changes = (np.asarray(each)[: part.stop - low] for each in found)
         bent = np.abs(planar.bend(p, q.T))
@@ -293,8 +301,8 @@ def _march(case: _Case, start: tuple[np.ndarray, np.ndarray], refinement: int) -
     return _Run(q, v, a, bend, change)
 
 
-def _legs(drive: Drive, starts: np.ndarray, steps: np.ndarray, pushes: np.ndarray) -> Legs:
-    """What drives a chunk of steps, filled up with steps of no length."""
+def legs_of(drive: Drive, starts: np.ndarray, steps: np.ndarray, pushes: np.ndarray) -> Legs:
+    """What drives a chunk of steps [s, SI], filled up with steps of no length."""
     inside = starts + 0.5 * steps
     at = starts[:, None] + steps[:, None] * np.append(0.0, NODES)
     signals = np.stack([_signals(drive, column, inside) for column in at.T], axis=2)
@@ -323,12 +331,12 @@ def _signals(drive: Drive, times: np.ndarray, inside: np.ndarray) -> np.ndarray:
     return found
 
 
-def _sampled(drive: Drive, times: np.ndarray) -> np.ndarray:
-    """`Legs.signals` at the samples, the new ones at a jump, shape (t, 8) [SI]."""
+def sampled_signals(drive: Drive, times: np.ndarray) -> np.ndarray:
+    """`Legs.signals` of a drive at the samples [s], the new ones at a jump, shape (t, 8) [SI]."""
     return _signals(drive, times, times + ON_SAMPLE * times[1])
 
 
-def _pushes(drive: Drive, starts: np.ndarray) -> np.ndarray:
+def pushes_of(drive: Drive, starts: np.ndarray) -> np.ndarray:
     """`Legs.pushes` at the start of each step, shape (steps, 2) [rad/s, rad]."""
     found = np.zeros((len(starts), 2))
     for joint in drive.joints:
@@ -343,7 +351,7 @@ def _pushes(drive: Drive, starts: np.ndarray) -> np.ndarray:
 
 def _motion(
     robot: Robot,
-    case: _Case,
+    case: Case,
     run: _Run,
     sensors: tuple[Port, ...],
     error: float,
@@ -351,9 +359,7 @@ def _motion(
 ) -> Motion:
     """What was marched, with what sensors see of it and what is to be doubted."""
     times, whole = case.times[: len(run.q)], len(run.q) == len(case.times)
-    drive = _sampled(case.drive, case.times)[: len(run.q)]
-    bends = np.stack([drive[:, 4], 0.0 * drive[:, 4]], axis=1)  # no sensor sees the wrist's drive
-    track = Track(run.q, run.v, run.a, drive[:, :2], drive[:, 2:4], bends)
+    track = track_of(run.q, run.v, run.a, sampled_signals(case.drive, case.times))
     samples = [planar_samples(case.numbers, track, port) for port in sensors]
     doubt = ""
     if not whole:

@@ -39,6 +39,22 @@ class Track:
     drive_bend: np.ndarray
 
 
+def track_of(q: np.ndarray, v: np.ndarray, a: np.ndarray, signals: np.ndarray) -> Track:
+    """The track of a motion under signals as `planar_march.Legs` has them, shape (t or more, 8).
+
+    Args:
+        q: coordinates, shape (t, 4), or (t, 3) where the collet cannot turn [SI].
+        v: their rates.
+        a: the rates of these.
+        signals: at the samples, and perhaps beyond [SI].
+    """
+    held = ((0, 0), (4 - q.shape[1], 0))
+    drive = signals[: len(q)]
+    bends = np.stack([drive[:, 4], 0.0 * drive[:, 4]], axis=1)  # no sensor sees the wrist's drive
+    q, v, a = np.pad(q, held), np.pad(v, held), np.pad(a, held)
+    return Track(q, v, a, drive[:, :2], drive[:, 2:4], bends)
+
+
 def planar_samples(p: Mapping[str, float], track: Track, port: Port) -> np.ndarray:
     """What one sensor sees, shape (t,) [SI unit of its quantity].
 
@@ -100,19 +116,46 @@ def _filmed(p: Mapping[str, float], track: Track, place: str, order: int) -> np.
 
 def _felt(p: Mapping[str, float], track: Track, place: str, relative: bool) -> np.ndarray:
     """Acceleration along the axis of a sensor that rides on the club [m/s^2]."""
+    felt = felt_accelerations(p, track, place)[0]
+    pivot = _accelerations(p, track, "wrist", 0.0)[1]
+    at = planar.points_of(p)
+    lever = {"clubhead": at.head, "grip": at.grip, "shaft": at.grip}.get(place, 0.0)
+    return felt - (pivot + track.a[:, 0] * lever) if relative else felt
+
+
+def felt_accelerations(
+    p: Mapping[str, float], track: Track, place: str, pull: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Acceleration across the shaft where a sensor is fixed, and outwards along it.
+
+    Args:
+        p: the robot's numbers by contract name [SI].
+        track: the motion.
+        place: clubhead, grip or shaft; of others the wrist's pivot is meant.
+        pull: gravity in the plane, which an accelerometer that passes constants feels [m/s^2].
+
+    Returns:
+        Both, shape (t,) each [m/s^2].
+    """
+    along, across = _accelerations(p, track, place, pull)
+    tilt = _place(p, track, place)[6]
+    sine, cosine = np.sin(tilt), np.cos(tilt)
+    return across * cosine - along * sine, along * cosine + across * sine
+
+
+def _accelerations(
+    p: Mapping[str, float], track: Track, place: str, pull: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Acceleration of a place less gravity, outwards along the collet and across it [m/s^2]."""
     q, v, a = track.q.T, track.v.T, track.a.T
-    reach, reach_rate, x, x_rate, reach_bend, x_bend, tilt = _place(p, track, place)
+    reach, reach_rate, x, x_rate, reach_bend, x_bend, _ = _place(p, track, place)
     arm = track.drive[:, 0], track.drive_rate[:, 0], track.drive_bend[:, 0]
-    down, side = planar.pivot_acceleration(p, arm, 0.0, np)
+    down, side = planar.pivot_acceleration(p, arm, pull, np)
     sine, cosine = np.sin(q[0]), np.cos(q[0])
-    pivot = side * cosine - down * sine
     along = down * cosine + side * sine
     along = along + reach_bend - v[0] ** 2 * reach - 2 * v[0] * x_rate - a[0] * x
-    across = pivot + x_bend + a[0] * reach + 2 * v[0] * reach_rate - v[0] ** 2 * x
-    felt = across * np.cos(tilt) - along * np.sin(tilt)
-    at = planar.points_of(p)
-    rigid = pivot + a[0] * {"clubhead": at.head, "grip": at.grip, "shaft": at.grip}.get(place, 0.0)
-    return felt - rigid if relative else felt
+    across = side * cosine - down * sine
+    return along, across + x_bend + a[0] * reach + 2 * v[0] * reach_rate - v[0] ** 2 * x
 
 
 def _place(p: Mapping[str, float], track: Track, place: str) -> tuple[np.ndarray, ...]:

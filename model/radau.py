@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import partial, reduce
+from itertools import product
 from typing import Any
 
 import jax
@@ -37,22 +38,58 @@ def _extrapolation() -> np.ndarray:
 AHEAD = _extrapolation()
 
 
+def _spectrum() -> tuple[tuple[Any, np.ndarray], ...]:
+    """Eigenvalues of Butcher's table, of two conjugates one, each with its part in (row, column).
+
+    A matrix that is a polynomial in the table falls apart into as many smaller ones.
+    """
+    values, vectors = (np.asarray(part, dtype=complex) for part in np.linalg.eig(WEIGHTS))
+    parts = np.einsum("sk,kt->kst", vectors, np.linalg.inv(vectors))
+    turns = np.imag(values)
+    real, turning = int(np.argmin(np.abs(turns))), int(np.argmax(turns))
+    alone = np.real(values[real]), np.real(parts[real])
+    return alone, (values[turning], 2 * parts[turning])
+
+
+SPECTRUM = _spectrum()
+
+
 def iteration_matrix(mass: Array, damping: Array, stiffness: Array, step: Array) -> Array:
-    """Inverse of the linearized stage equations, shape (n, n, 3, 3) [SI of 1/mass].
+    """Inverse of the linearized stage equations, shape (n, n, 3, 3, ...) [SI of 1/mass].
 
     Args:
-        mass: shape (n, n) [kg, kg m or kg m^2].
-        damping: shape (n, n) [SI].
-        stiffness: shape (n, n) [SI].
+        mass: shape (n, n, ...), designs last [kg, kg m or kg m^2].
+        damping: shape (n, n, ...) [SI].
+        stiffness: shape (n, n, ...) [SI].
         step: h [s].
 
     Returns:
         Row and column of coordinates, then row and column of stages.
+
+    Source: Hairer and Wanner 1996, section IV.8: one real and one complex matrix of n rows
+    instead of one of 3 n; tests/model/test_radau.py.
     """
-    n = mass.shape[0]
-    whole = jnp.kron(mass, jnp.eye(3)) + step * jnp.kron(damping, jnp.asarray(WEIGHTS))
-    whole = whole + step**2 * jnp.kron(stiffness, jnp.asarray(TWICE))
-    return jnp.linalg.inv(whole).reshape(n, 3, n, 3).transpose(0, 2, 1, 3)
+    found = jnp.zeros(())
+    for value, part in SPECTRUM:
+        h = step * value
+        small = inverted(mass + h * damping + h**2 * stiffness)
+        weight = part.reshape(3, 3, *(1,) * (mass.ndim - 2))
+        found = found + jnp.real(small[:, :, None, None] * weight)
+    return found
+
+
+def inverted(a: Array) -> Array:
+    """Inverse of matrices [any unit], shape (n, n, ...), designs last, by Gauss and Jordan.
+
+    Without a search for pivots: sums of masses, dampers and springs with weights that turn by
+    less than half a circle, such as here, need none; Higham 2002, section 10.4.
+    """
+    for k in range(a.shape[0]):
+        pivot = 1.0 / a[k, k]
+        row, column = a[k] * pivot, a[:, k]
+        a = a - column[:, None] * row[None]
+        a = a.at[k].set(row).at[:, k].set(-column * pivot).at[k, k].set(pivot)
+    return a
 
 
 Numbers = tuple[Array, ...]
@@ -67,10 +104,11 @@ def march(
     v: Numbers,
     signals: Numbers,
     step: Array,
-    inverse: Callable[[Numbers, Numbers, Numbers], Array],
+    inverse: Callable[[Numbers, Numbers, Numbers], Any],
     iterations: int,
     refresh: int = 50,
     ready: Callable[[Numbers], Any] = lambda q: None,
+    anew: Callable[[Any, Numbers, Numbers, Numbers], Array] | None = None,
 ) -> tuple[Numbers, Numbers, Numbers, Array]:
     """March ``imbalance(q, v, a, u, known) = 0`` of many designs over uniform steps.
 
@@ -83,11 +121,12 @@ def march(
             (steps, 3, 1) where it is the same for all [SI].
         step: h [s].
         inverse: gives the inverse of the stage equations' matrix about (q, v, u), shape
-            (n, n, 3, 3, designs), see `iteration_matrix`.
+            (n, n, 3, 3, designs), see `iteration_matrix`; or what `anew` makes it of.
         iterations: simplified Newton steps; what the last one changed is returned.
-        refresh: steps after which that matrix is made anew.
-        ready: what is known of the guessed positions, worked out once a step: costly functions
-            whose value near the guess follows by a series.
+        refresh: steps after which that is made anew.
+        ready: what is known of the positions guessed for the middle stage, worked out once a
+            step: costly functions whose value near that follows by a series.
+        anew: makes the matrix of every single step out of what `inverse` gave, and (q, v, u).
 
     Returns:
         positions, velocities and accelerations at the ends of the steps, n of shape
@@ -96,58 +135,49 @@ def march(
 
     Source: Hairer and Wanner 1996, section IV.8; tests/model/test_radau.py shows order 5.
     """
-    once, twice = (
-        (step * jnp.asarray(WEIGHTS))[..., None],
-        (step**2 * jnp.asarray(TWICE))[..., None],
-    )
-    nodes, ahead = (step * jnp.asarray(NODES))[:, None], jnp.asarray(AHEAD)[..., None]
+    n = len(q)
+    once, twice = step * jnp.asarray(WEIGHTS), step**2 * jnp.asarray(TWICE)
+    nodes = (step * jnp.asarray(NODES))[:, None]
 
-    def advance(
-        matrix: Array, carry: tuple[Numbers, Numbers, Numbers], u: Array
-    ) -> tuple[Any, Any]:
-        q, v, guess = carry
-        base_q = tuple(x + nodes * rate for x, rate in zip(q, v, strict=True))
+    def advance(about: Any, carry: tuple[Array, Array, Array], u: Array) -> tuple[Any, Array]:
+        q, v, guess = carry  # (n, designs) each, and (n, 3, designs)
+        matrix = about if anew is None else anew(about, tuple(q), tuple(v), tuple(u[:, 0]))
+        base_q = q[:, None] + nodes * v[:, None]
+        known = ready(tuple((base_q + _staged(twice, guess))[:, 1]))
 
-        guessed = tuple(x + _times(twice, bend) for x, bend in zip(base_q, guess, strict=True))
-        known = ready(guessed)
-
-        def improve(_: int, state: tuple[Numbers, Numbers]) -> tuple[Numbers, Numbers]:
+        def improve(_: int, state: tuple[Array, Array]) -> tuple[Array, Array]:
             a = state[0]
-            at = tuple(x + _times(twice, bend) for x, bend in zip(base_q, a, strict=True))
-            rate = tuple(x + _times(once, bend) for x, bend in zip(v, a, strict=True))
-            left = _apart(step, lambda: imbalance(at, rate, a, u, known))
-            move = tuple(
-                sum(_times(matrix[i, j], left[j]) for j in range(len(q))) for i in range(len(q))
+            at, rate = base_q + _staged(twice, a), v[:, None] + _staged(once, a)
+            left = _apart(
+                step,
+                lambda: jnp.stack(imbalance(tuple(at), tuple(rate), tuple(a), tuple(u), known)),
             )
-            return tuple(x - change for x, change in zip(a, move, strict=True)), move
+            pairs = product(range(n), range(3))
+            move = sum(matrix[:, j, :, t] * left[j, t] for j, t in pairs)
+            return a - move, move
 
-        start = guess, tuple(jnp.zeros_like(x) for x in guess)
-        a, move = jax.lax.fori_loop(0, iterations, improve, start)
-        new_q = tuple(x[2] + _times(twice, bend)[2] for x, bend in zip(base_q, a, strict=True))
-        new_v = tuple(x + _times(once, bend)[2] for x, bend in zip(v, a, strict=True))
-        sizes = [
-            jnp.max(jnp.abs(m), axis=0) / (jnp.max(jnp.abs(x), axis=0) + 1e-300)
-            for m, x in zip(move, a, strict=True)
-        ]
-        ends = tuple(x[2] for x in a)
-        found = (new_q, new_v, ends, jnp.max(jnp.stack(sizes), axis=0))
-        return (new_q, new_v, tuple(_times(ahead, x) for x in a)), found
+        a, move = jax.lax.fori_loop(0, iterations, improve, (guess, jnp.zeros_like(guess)))
+        new_q = base_q[:, 2] + _staged(twice, a)[:, 2]
+        new_v = v + _staged(once, a)[:, 2]
+        sizes = _largest(move) / (_largest(a) + 1e-300)
+        # one array, because each that leaves a step costs as much as some hundred operations
+        found = jnp.concatenate([new_q, new_v, a[:, 2], reduce(jnp.maximum, sizes)[None]])
+        return (new_q, new_v, _staged(jnp.asarray(AHEAD), a)), found
 
-    def block(carry: tuple[Numbers, Numbers, Numbers], u: Numbers) -> tuple[Any, Any]:
-        matrix = inverse(carry[0], carry[1], tuple(column[0, 0] for column in u))
-        return jax.lax.scan(partial(advance, matrix), carry, u)
+    def block(carry: tuple[Array, Array, Array], u: Array) -> tuple[Any, Array]:
+        about = inverse(tuple(carry[0]), tuple(carry[1]), tuple(u[0, :, 0]))
+        return jax.lax.scan(partial(advance, about), carry, u)
 
-    steps = signals[0].shape[0]
+    given = jnp.stack(jnp.broadcast_arrays(*signals), axis=1)
+    steps = given.shape[0]
     blocks = -(-steps // refresh)
-
-    def in_blocks(column: Array) -> Array:
-        filling = jnp.repeat(column[-1:], blocks * refresh - steps, axis=0)
-        return jnp.concatenate([column, filling]).reshape(blocks, refresh, *column.shape[1:])
-
-    parts = tuple(in_blocks(column) for column in signals)
-    carry = (q, v, tuple(jnp.zeros((3, *x.shape)) for x in q))
+    filling = jnp.repeat(given[-1:], blocks * refresh - steps, axis=0)
+    parts = jnp.concatenate([given, filling]).reshape(blocks, refresh, *given.shape[1:])
+    first = jnp.stack(q), jnp.stack(v)
+    carry = (*first, jnp.zeros((n, 3, *first[0].shape[1:])))
     found = jax.lax.scan(block, carry, parts)[1]
-    return jax.tree.map(lambda x: x.reshape(blocks * refresh, *x.shape[2:])[:steps], found)
+    found = jnp.moveaxis(found.reshape(blocks * refresh, *found.shape[2:])[:steps], 1, 0)
+    return tuple(found[:n]), tuple(found[n : 2 * n]), tuple(found[2 * n : -1]), found[-1]
 
 
 SETTLED = 1e-10
@@ -229,7 +259,7 @@ def continued(stages: Array, ratio: Array) -> Array:
     return stages @ ahead.T
 
 
-def _apart(step: Array, work: Callable[[], Numbers]) -> Numbers:
+def _apart(step: Array, work: Callable[[], Array]) -> Array:
     """The result of `work`, kept from being worked out anew wherever it is used.
 
     The compiler fuses what it can into every consumer, here twelve times; it fuses nothing across
@@ -241,6 +271,13 @@ def _apart(step: Array, work: Callable[[], Numbers]) -> Numbers:
     )
 
 
-def _times(table: Array, stages: Array) -> Array:
-    """A table (3, 3, 1 or designs) times stages (3, designs), as sums that fuse."""
-    return table[:, 0] * stages[0] + table[:, 1] * stages[1] + table[:, 2] * stages[2]
+def _largest(stages: Array) -> Array:
+    """Largest magnitude of three stages (n, 3, designs), shape (n, designs), as what fuses."""
+    sizes = jnp.abs(stages)
+    return jnp.maximum(jnp.maximum(sizes[:, 0], sizes[:, 1]), sizes[:, 2])
+
+
+def _staged(table: Array, stages: Array) -> Array:
+    """A table (3, 3) times stages (n, 3, designs), as sums that fuse."""
+    parts = (table[:, k, None] * stages[:, k, None] for k in range(3))
+    return reduce(jnp.add, parts)

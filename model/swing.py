@@ -27,8 +27,9 @@ TOLERANCE = 1e-4
 """Largest last change of an acceleration that counts as converged [-]; what is left after it is a
 hundredth or less."""
 
-ITERATIONS = (3, 12)
-"""Newton steps of every step; of a swing that these leave open, the larger number [-]."""
+ITERATIONS = {False: (3, 12), True: (4, 12)}
+"""Newton steps of every step, without and with laws; of a swing that these leave open, the larger
+number [-]."""
 
 
 @dataclass(frozen=True)
@@ -209,7 +210,7 @@ def swings(
     pull = gravity * np.sin(inclination)
     rest = (named, values, starts, given, step, pull, strengths, np.asarray(widths))
     parts: list[np.ndarray] = []
-    for iterations in ITERATIONS:
+    for iterations in ITERATIONS[bool(acting)]:
         found = trace(model, acting, start is None, iterations, *rest)
         parts = [np.asarray(part) for part in found]
         if np.all(parts[6] <= TOLERANCE):

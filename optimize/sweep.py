@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import os
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from itertools import islice
 
 import numpy as np
 
@@ -11,7 +15,10 @@ from ..model.drives import Drive
 from ..model.energies import mass_matrix
 from ..model.linear import Mechanism, Port
 from ..model.motion import respond_batch
+from ..model.planar_batch import respond_planar_batch
+from ..model.robot import Robot
 from . import sweep_scores as score
+from .sweep_marks import mark_changes
 from .sweep_tile import (
     Grid,
     Tile,
@@ -31,14 +38,14 @@ FEW = 128
 TILE_BYTES = 64e6
 """Samples of one tile take at most this much [byte]."""
 
-CHUNK_SAMPLES = 2**17
+CHUNK_SAMPLES = 2**18
 """Samples that are worked on together, so that they stay near the processor [-]."""
+
+WORKERS = 2
+"""Tiles that are worked on side by side at most: the work leaves Python to numpy and jax [-]."""
 
 BINS = 16
 """First bins of the spectrum, among which the largest is looked for at first [-]."""
-
-ALIKE = 0.5
-"""Squared cosine between the shapes of neighbors below which their mode is another one [-]."""
 
 GRIP = Port("grip", "position", "collet")
 """What a grip's peak displacement is read from [m]."""
@@ -68,7 +75,7 @@ class SweepTask:
     """What is asked of a grid.
 
     Attributes:
-        mechanism: a linear chain or robot.
+        mechanism: a chain or robot.
         numbers: its numbers by name [SI]; those of the axes are passed over.
         drive: what moves every design.
         times: uniform samples from 0 on, at least two, shape (t,) [s].
@@ -76,6 +83,7 @@ class SweepTask:
         sensor: what is scored.
         scores: names out of `supple.optimize.sweep_scores.SCORES`.
         axes: the grid; the last axis runs fastest.
+        planar: whether a robot moves in the plane; its modes stay those of small motions.
     """
 
     mechanism: Mechanism
@@ -86,6 +94,7 @@ class SweepTask:
     sensor: Port
     scores: tuple[str, ...]
     axes: tuple[Axis, ...]
+    planar: bool = False
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -233,18 +242,20 @@ def sweep(
     sheet = sheet or blank_sheet(task)
     grid, scales = task.grid(), _scales(task)
     resumed = int(np.sum(sheet.done))
-    for tile in range(task.tiles):
-        if not sheet.done[tile]:
-            low, high = tile * task.tile, min((tile + 1) * task.tile, task.count)
-            designs = np.minimum(np.arange(low, low + task.tile), task.count - 1)
-            fields, shape = _tile(task, grid, scales, task.numbers_of(designs))
-            for name, values in fields.items():
-                sheet.fields[name][low:high] = values[: high - low]
-            sheet.shape[low:high] = shape[: high - low]
-            sheet.done[tile] = 1
+    for tile, (fields, shape) in _side_by_side(task, grid, scales, sheet):
+        low, high = tile * task.tile, min((tile + 1) * task.tile, task.count)
+        for name, values in fields.items():
+            sheet.fields[name][low:high] = values[: high - low]
+        sheet.shape[low:high] = shape[: high - low]
+        sheet.done[tile] = 1
         if tell is not None:
-            tell(tile + 1, task.tiles)
-    _mark(task, sheet)
+            tell(int(np.sum(sheet.done)), task.tiles)
+    if tell is not None and resumed == task.tiles:
+        tell(task.tiles, task.tiles)
+    still = sheet.fields["dominant_frequency"]
+    mark_changes(
+        task.shape, still, sheet.shape, sheet.marks["overdamped"], sheet.marks["mode_changes"]
+    )
     found = {name: sheet.fields[name].reshape(task.shape) for name in task.fields}
     marks = {name: sheet.marks[name].reshape(task.shape) for name in MARKS}
     scores = {name: found[name] for name in task.scores}
@@ -257,6 +268,29 @@ def sweep(
         mode_changes=marks["mode_changes"],
         resumed=resumed,
     )
+
+
+def _side_by_side(
+    task: SweepTask, grid: Grid, scales: np.ndarray, sheet: Sheet
+) -> Iterator[tuple[int, tuple[dict[str, np.ndarray], np.ndarray]]]:
+    """Each tile that is not done, with its fields and shapes, in their order."""
+
+    def work(tile: int) -> tuple[dict[str, np.ndarray], np.ndarray]:
+        designs = np.minimum(tile * task.tile + np.arange(task.tile), task.count - 1)
+        return _tile(task, grid, scales, task.numbers_of(designs))
+
+    left = iter(np.flatnonzero(np.asarray(sheet.done) == 0).tolist())
+    workers = min(WORKERS, os.cpu_count() or 1)
+    with ThreadPoolExecutor(workers) as pool:
+        ahead = deque((tile, pool.submit(work, tile)) for tile in islice(left, 2 * workers))
+        try:
+            while ahead:
+                tile, found = ahead.popleft()
+                yield tile, found.result()
+                ahead.extend((tile, pool.submit(work, tile)) for tile in islice(left, 1))
+        finally:
+            for _, waiting in ahead:
+                waiting.cancel()
 
 
 def score_designs(task: SweepTask, numbers: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -338,17 +372,19 @@ def _sampled(
     count = len(tile.poles)
     found = {name: np.empty(count) for name in names}
     order, bins = np.arange(count), None
-    if "log_decrement" in names and tile.is_whole and grid.count > 2 * BINS:
+    modal = bool(tile.segments) and not task.planar
+    if "log_decrement" in names and modal and tile.is_whole and grid.count > 2 * BINS:
         bins = lowest_bins(tile, grid, 0, BINS)
         order = np.argsort(np.argmax(bins, axis=1), kind="stable")
     width = max(1, CHUNK_SAMPLES // grid.count)
     for low in range(0, count, width):
         chosen = order[low : low + width]
-        exactly, curves = np.ones(len(chosen), bool), None
-        if tile.segments:
+        exactly, curves, peaks = np.ones(len(chosen), bool), None, []
+        if modal:
             part = tile.take(chosen)
             curves = [samples(part, grid, k) for k in range(len(sensors))]
-            doubts = [doubtful(part, k, score.peak(y)) for k, y in enumerate(curves)]
+            peaks = [score.peak(y) for y in curves]
+            doubts = [doubtful(part, k, largest) for k, largest in enumerate(peaks)]
             exactly = np.any(doubts, axis=0)
         if exactly.any():
             own = {name: values[chosen[exactly]] for name, values in varied.items()}
@@ -356,20 +392,28 @@ def _sampled(
             curves = curves or [np.empty(told.shape[:2]) for _ in sensors]
             for k, curve in enumerate(curves):
                 curve[exactly] = told[:, :, k]
+            peaks = [score.peak(y) for y in curves]
         assert curves is not None
         known = None if bins is None else bins[chosen]
-        for name, values in _scores(grid, curves, names, known, exactly).items():
-            found[name][chosen] = values
+        for name, values in _scores(grid, curves, peaks, names, known, exactly).items():
+            found[name][chosen] = np.where(np.isfinite(peaks[0]), values, np.nan)
     return found
 
 
 def _exact(
     task: SweepTask, grid: Grid, varied: Mapping[str, np.ndarray], sensors: tuple[Port, ...]
 ) -> np.ndarray:
-    """Samples without modes, shape (designs, t, sensors) [SI]; few shapes are compiled."""
+    """Samples without modes, shape (designs, t, sensors) [SI]; few shapes are compiled.
+
+    Those of a planar motion that cannot be trusted are no numbers.
+    """
     count = len(next(iter(varied.values())))
     filled = np.minimum(np.arange(-(-count // 16) * 16), count - 1)
     table = dict(task.numbers) | {name: values[filled] for name, values in varied.items()}
+    if task.planar:
+        assert isinstance(task.mechanism, Robot), "checked at the door of the rig"
+        asked = task.mechanism, table, task.drive, task.times, sensors
+        return respond_planar_batch(*asked).samples[:count, grid.low : grid.high]
     found = respond_batch(task.mechanism, table, task.drive, task.times, sensors)
     return found[:count, grid.low : grid.high]
 
@@ -377,57 +421,30 @@ def _exact(
 def _scores(
     grid: Grid,
     curves: list[np.ndarray],
+    peaks: list[np.ndarray],
     names: tuple[str, ...],
     bins: np.ndarray | None,
     exactly: np.ndarray,
 ) -> dict[str, np.ndarray]:
     """Scores of the curves; `bins` are the first of the spectrum, except where made exactly."""
-    seen, found = curves[0], {}
+    seen, found, size = curves[0], {}, score.rms(curves[0])
     if "rms" in names:
-        found["rms"] = score.rms(seen)
+        found["rms"] = size
     if "peak" in names:
-        found["peak"] = score.peak(seen)
+        found["peak"] = peaks[0]
     if "settling" in names:
         found["settling"] = score.settling(seen, grid.times[grid.low : grid.high])
     if "log_decrement_local" in names:
         found["log_decrement_local"] = score.log_decrement_local(seen)
     if "grip_displacement_peak" in names:
-        found["grip_displacement_peak"] = score.peak(curves[1])
+        found["grip_displacement_peak"] = peaks[1]
     if "log_decrement" in names:
         largest = np.ones(len(seen), int)
         unsure = np.ones(len(seen), bool)
         if bins is not None:
             largest = 1 + np.argmax(bins, axis=1)
-            unsure = exactly | ~score.certified(seen, bins)
+            unsure = exactly | ~score.certified(seen, size, bins)
         if unsure.any():
             largest[unsure] = score.largest_bins(seen[unsure])
         found["log_decrement"] = score.log_decrement(seen, largest)
     return found
-
-
-def _mark(task: SweepTask, sheet: Sheet, width: int = 2**16) -> None:
-    """Mark overdamped designs, and those whose dominant mode is another one next to them."""
-    still = sheet.fields["dominant_frequency"]
-    changes = sheet.marks["mode_changes"]
-    for low in range(0, task.count, width):
-        part = slice(low, low + width)
-        sheet.marks["overdamped"][part] = np.asarray(still[part]) == 0.0
-        changes[part] = 0
-    stride = task.count
-    for size in task.shape:
-        stride //= size
-        for low in range(0, task.count, width):
-            own = np.arange(low, min(low + width, task.count))
-            own = own[(own // stride) % size < size - 1]
-            next_to = own + stride
-            differ = (still[own] == 0.0) != (still[next_to] == 0.0)
-            differ |= _likeness(sheet.shape[own], sheet.shape[next_to]) < ALIKE
-            changes[own[differ]] = 1
-            changes[next_to[differ]] = 1
-
-
-def _likeness(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Squared cosine between complex shapes of unit length (modal assurance criterion)."""
-    first = one[:, :, 0].astype(float) + 1j * one[:, :, 1]
-    second = other[:, :, 0].astype(float) + 1j * other[:, :, 1]
-    return np.abs(np.sum(np.conj(first) * second, axis=1)) ** 2

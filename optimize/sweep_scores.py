@@ -58,19 +58,20 @@ def largest_bins(samples: np.ndarray) -> np.ndarray:
     return 1 + np.argmax(np.abs(np.fft.rfft(samples, axis=1))[:, 1:], axis=1)
 
 
-def certified(samples: np.ndarray, bins: np.ndarray) -> np.ndarray:
+def certified(samples: np.ndarray, size: np.ndarray, bins: np.ndarray) -> np.ndarray:
     """Whether no bin beyond the first ones can be larger than the largest of them.
 
     What energy is left of the samples without the known bins is all that the others can have.
 
     Args:
         samples: shape (designs, t) [any unit].
+        size: their `rms`, shape (designs,) [same unit].
         bins: squared magnitudes of bins 1, 2, ..., shape (designs, bins) [squared unit].
 
     Returns:
         Shape (designs,), truth values [-].
     """
-    whole = samples.shape[1] * np.einsum("dt,dt->d", samples, samples)
+    whole = (samples.shape[1] * size) ** 2
     left = whole - samples.sum(axis=1) ** 2 - 2.0 * bins.sum(axis=1)
     return left < bins.max(axis=1)
 

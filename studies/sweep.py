@@ -107,7 +107,7 @@ def sweep_spec(
         found = sweep(asked.task, sheet, tell)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-    result = _result(asked, found)
+    result = {**_result(asked, found), "fidelity": asked.rig.fidelity}
     result["optima"] = {name: _optimum(asked, found, name) for name in found.scores}
     if ranges:
         result["sensitivity"] = _sensitivity(asked, ranges, seed)
@@ -165,7 +165,7 @@ def asked_of(spec: SweepSpec, rig: Rig, axes: tuple[Axis, ...], scores: tuple[st
 
     added = {axis.name: PARAMETERS[axis.name] for axis in axes if axis.name not in rig.parameters}
     rig = replace(rig, parameters={**rig.parameters, **added})
-    mechanism = mechanism_of(rig)
+    mechanism = mechanism_of(rig, planar=True)
     try:
         acting = acting_laws(rig.laws, mechanism)
     except ValueError as error:
@@ -173,7 +173,7 @@ def asked_of(spec: SweepSpec, rig: Rig, axes: tuple[Axis, ...], scores: tuple[st
     if acting:
         law = f"'{acting[0].law.name}' at '{acting[0].place}'"
         mend = "sweep the rig without its laws"
-        raise fault(rig.path, "[[laws]]", "a linear rig: no law that acts", law, mend)
+        raise fault(rig.path, "[[laws]]", "a rig without laws that act", law, mend)
     count = round(driven.duration * driven.sample_rate)
     if count < 2:
         mend = "raise 'duration' or 'sample_rate'"
@@ -191,8 +191,9 @@ def asked_of(spec: SweepSpec, rig: Rig, axes: tuple[Axis, ...], scores: tuple[st
     window = spec.window or (0.0, float(times[-1]))
     numbers = {name: number.value for name, number in rig.parameters.items()}
     task = SweepTask(
-        mechanism, numbers, drive_of(driven, mechanism), times, window, port, scores, axes
-    )
+        mechanism, numbers, drive_of(driven, mechanism), times, window, port, scores, axes,
+        planar=rig.fidelity == "planar",
+    )  # fmt: skip
     try:
         task.grid()
     except ValueError as error:
@@ -256,12 +257,15 @@ def _result(asked: Asked, found: Map) -> dict[str, Any]:
 
 
 def _optimum(asked: Asked, found: Map, name: str) -> dict[str, Any] | None:
-    """The certified optimum of a score, in words and numbers."""
+    """The certified optimum of a score, in words and numbers.
+
+    None in the plane, where the thousand motions of a certificate would take a thousand seconds.
+    """
     from ..optimize.optimum import certify
     from ..optimize.sweep_file import unit_of
     from .optimum_words import optimum_words
 
-    one = certify(found, name)
+    one = None if found.task.planar else certify(found, name)
     if one is None:
         return None
     units = {axis.name: axis.unit for axis in found.task.axes} | {name: unit_of(name, asked.unit)}

@@ -31,8 +31,14 @@ RigFile = Annotated[
 Sensors = Annotated[
     list[str] | None,
     typer.Option(
-        "--sensor", metavar="PLACE:QUANTITY:FRAME", help="A curve to write besides; repeatable."
+        "--sensor",
+        metavar="PLACE:QUANTITY:FRAME",
+        help="A curve to write besides, named by NAME= before it; repeatable.",
     ),
+]
+SensorFile = Annotated[
+    Path | None,
+    typer.Option("--sensors", metavar="FILE", help="Sensors with what they misread, as TOML."),
 ]
 HeldOut = Annotated[
     list[Path] | None,

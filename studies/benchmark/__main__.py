@@ -1,7 +1,8 @@
-"""Prints how long a response takes, beside scipy's solve_ivp at the same accuracy."""
+"""Prints how long motions take, beside what else there is at the same accuracy."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from ..engine import start_engine
@@ -11,11 +12,11 @@ if TYPE_CHECKING:
 
 
 def main() -> None:
-    """Measure and print; a few tens of seconds."""
+    """Measure and print; some minutes."""
     start_engine()
     from .responses import BATCH, GOAL, HELP_GOAL, SAMPLES, help_seconds, linear, with_law
 
-    print(f"{'':<44}{'error':>10}{'one response':>14}{'ratio':>9}")
+    print(f"{'':<46}{'error':>10}{'each':>12}{'ratio':>9}")
     print(f"A linear response of {SAMPLES} samples, {BATCH} at once, to an impact on the robot")
     rows = linear()
     _show(rows)
@@ -26,28 +27,64 @@ def main() -> None:
         "at the same accuracy" if reached else "than the most accurate solve_ivp, which has less"
     )
     coarse = min(row.seconds for row in rows[1:]) / rows[0].seconds
-    met = "met" if equal >= GOAL else "MISSED"
-    print(f"  {equal:.0f} times faster {words} (goal {GOAL}: {met}),")
+    print(f"  {equal:.0f} times faster {words} (goal {GOAL}: {_met(equal >= GOAL)}),")
     print(f"  {coarse:.0f} times faster than the fastest setting, however coarse")
     print(f"A response of {SAMPLES} samples with friction in the wrist, alone")
     _show(with_law())
+    _maps()
     _planar()
-    print("* the fastest setting of solve_ivp that is as accurate, or its most accurate one")
+    print("* what the ratios are against")
+    _first()
     seconds = help_seconds()
-    met = "met" if seconds <= HELP_GOAL else "MISSED"
-    print(f"supple --help: {seconds:.2f} s (goal {HELP_GOAL} s: {met})")
+    print(f"supple --help: {seconds:.2f} s (goal {HELP_GOAL} s: {_met(seconds <= HELP_GOAL)})")
+
+
+def _maps() -> None:
+    from .maps import GOALS, RATE, SECONDS, SIDE, map_rows
+
+    print(
+        f"A design of a map of {SIDE} by {SIDE} wrists, {SECONDS:g} s at {RATE:g} Hz, its RMS, "
+        "decrement and peak; processor time"
+    )
+    _goals(map_rows(), GOALS)
 
 
 def _planar() -> None:
-    from .swings import BATCH, GOAL, planar_rows
+    from .swings import BATCH, FRICTION, GOALS, planar_rows
 
-    print(f"A planar swing of 1.2 s with its arm driven, {BATCH} at once, processor time")
-    rows = planar_rows()
+    for friction, words in ((FRICTION, "with friction in the wrist"), (0.0, "without a law")):
+        print(
+            f"A planar swing of 1.2 s with its arm driven, {words}, {BATCH} at once; processor time"
+        )
+        _goals(planar_rows(friction), GOALS)
+
+
+def _goals(rows: list[Row], goals: Mapping[str, float]) -> None:
+    """A table, and how the ratios against those that are marked stand to their goals."""
     _show(rows)
-    peer = next(row for row in rows if row.matches)
-    ratio = peer.seconds / rows[0].seconds
-    met = "met" if ratio >= GOAL else "MISSED"
-    print(f"  {ratio:.0f} times less than solve_ivp at rtol 1e-6 (goal {GOAL}: {met})")
+    for peer, goal in goals.items():
+        row = next((row for row in rows if row.matches and row.name.startswith(peer)), None)
+        if row is None:
+            print(f"  {peer} is not installed: pip install '.[bench]'")
+        else:
+            ratio = row.seconds / rows[0].seconds
+            met = f"goal {goal:g}: {_met(ratio >= goal)}"
+            print(f"  {_figure(ratio)} times less than {row.name} ({met})")
+
+
+def _first() -> None:
+    from .first import GOALS, first_calls
+
+    print("First call in a process of its own: compiled, and with compiled code on disk")
+    for name, both in first_calls().items():
+        met = all(spent <= goal for spent, goal in zip(both, GOALS, strict=True))
+        told = " and ".join(f"{spent:.2f} s" for spent in both)
+        wanted = " and ".join(f"{goal:g}" for goal in GOALS)
+        print(f"  {name:<42}{told:>20} (goals {wanted} s: {_met(met)})")
+
+
+def _met(yes: bool) -> str:
+    return "met" if yes else "MISSED"
 
 
 def _figure(ratio: float) -> str:
@@ -58,7 +95,7 @@ def _show(rows: list[Row]) -> None:
     for row in rows:
         ratio = "" if row is rows[0] else _figure(row.seconds / rows[0].seconds)
         mark = " *" if row.matches else ""
-        line = f"  {row.name:<42}{row.error:>10.1e}{row.seconds * 1e6:>11.0f} us{ratio:>9}{mark}"
+        line = f"  {row.name:<44}{row.error:>10.1e}{row.seconds * 1e6:>9.0f} us{ratio:>9}{mark}"
         print(line)
 
 

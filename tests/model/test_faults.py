@@ -30,6 +30,7 @@ def natural(name: str) -> float:
 
 def test_the_faults_of_the_contract_are_there():
     named = {"sensor_drift", "sensor_highpass", "sensor_lowpass", "sensor_rectified", "mains_hum"}
+    named |= {"sensor_saturation"}
     assert set(FAULTS) >= named and library()["sensor_gain"].slot == "gain"
 
 

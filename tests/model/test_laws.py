@@ -28,6 +28,9 @@ NAMED = {
     "stiffness_drift",
     "sensor_offset",
     "sensor_delay",
+    "sensor_saturation",
+    "sensor_mass",
+    "sensor_tilt",
 }
 PLACE = Place(np.array([40.0, 60.0]), np.array([0.3, 0.5]), 1e-3, 0.02)
 SCALES = Scales(stretch=0.05, rate=0.6, force=2.0, stiffness=40.0, time=0.08)
@@ -63,11 +66,12 @@ def test_the_laws_of_the_contract_are_there():
 def test_a_law_says_what_it_is(name):
     law = LAWS[name]
     assert law.name == name
-    assert law.kind in ("link", "mass", "reading", "response", "channel")
+    assert law.kind in ("link", "mass", "reading", "response", "channel", "axis", "load")
     assert law.acts != bool(law.slot), "a force, or a number of a sensor"
-    assert law.slot in ("", "offset", "delay", "gain", "fault")
+    assert law.slot in ("", "offset", "delay", "gain", "fault", "axis", "load")
+    assert (law.slot in ("axis", "load")) == (law.kind in ("axis", "load"))
     assert (law.slot == "fault") == (law.fault is not None)
-    assert law.replaces in ("", "stiffness", "damping")
+    assert law.replaces in ("", "stiffness", "damping", "mass")
     for text in (law.formula, law.cure, law.source, law.symbol):
         assert text.strip() == text and text
     told = law.sentence.format(place="wrist", value="0.42 N m")
@@ -92,6 +96,7 @@ def test_a_strength_that_matters_is_finite_and_positive(name):
         ("clearance", "m", "rad"),
         ("gravity", "N", "N m"),
         ("sensor_delay", "s", "s"),
+        ("sensor_mass", "kg", "kg m^2"),
     ],
 )
 def test_units_are_written_as_the_contract_writes_them(name, moving, turning):
@@ -101,6 +106,8 @@ def test_units_are_written_as_the_contract_writes_them(name, moving, turning):
 
 def test_an_offset_has_the_unit_of_its_channel_and_friction_a_torque_where_it_turns():
     assert LAWS["sensor_offset"].unit(False, "m/s^2") == "m/s^2"
+    assert LAWS["sensor_drift"].unit(False, "m/s^2") == "m/s^2/s"
+    assert LAWS["sensor_saturation"].shapes[0].unit(False, "m/s^2") == "m/s^2"
     assert LAWS["coulomb_friction"].symbol_at(rotation=True) == "torque"
     assert LAWS["coulomb_friction"].symbol_at(rotation=False) == "force"
     assert LAWS["clearance"].symbol_at(rotation=True) == "gap"

@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from supple.model.radau import NODES, iteration_matrix, march
+from supple.model.radau import NODES, TWICE, WEIGHTS, iteration_matrix, march
 
 
 def duffing(q, v, a, u, _):
@@ -53,3 +53,26 @@ def test_a_very_stiff_spring_is_no_trouble():
     exact = np.exp(-rate * times) * (np.cos(turn * times) + rate / turn * np.sin(turn * times))
     assert np.max(np.abs(np.asarray(q[1])[:, 0] - exact)) < 1e-8
     assert np.asarray(q[0])[:, 0] == pytest.approx(np.asarray(q[1])[:, 0], abs=1e-8)
+
+
+def test_the_iteration_matrix_is_the_inverse_of_the_whole():
+    """Against the matrix of all stages at once, with springs of all sizes."""
+    rng = np.random.default_rng(3)
+    for spread in (0.0, 3.0, 6.0):
+        parts = []
+        for size in (1.0, 10.0, 1e3):
+            root = rng.normal(size=(4, 4)) * 10 ** rng.uniform(-spread / 2, spread / 2, 4)
+            parts.append(size * root @ root.T + 0.05 * size * rng.normal(size=(4, 4)))
+        mass, damping, stiffness = parts
+        mass = mass + np.eye(4)
+        step = 0.003
+        whole = np.kron(mass, np.eye(3)) + step * np.kron(damping, WEIGHTS)
+        whole = whole + step**2 * np.kron(stiffness, TWICE)
+        wanted = np.linalg.inv(whole).reshape(4, 3, 4, 3).transpose(0, 2, 1, 3)
+        twice = jnp.array([1.0, 2.0])
+        m, c, k = (part[..., None] * twice for part in (mass, damping, stiffness))
+        found = np.asarray(iteration_matrix(m, c, k, step))
+        assert found.shape == (4, 4, 3, 3, 2)
+        for index, factor in enumerate((1.0, 2.0)):
+            off = np.max(np.abs(found[..., index] * factor - wanted))
+            assert off < 1e-10 * np.abs(wanted).max()

@@ -337,3 +337,78 @@ def test_rig_and_drive_are_needed(
     at = called.index(missing)
     assert cli.main(called[:at] + called[at + 2 :]) == 2
     assert missing in capsys.readouterr().err
+
+
+SENSORS = """\
+[sensors.head]
+kind = "accelerometer"
+place = "clubhead"
+frame = "collet"
+mass = 0.006
+gain = 0.02
+saturation = 40.0
+[sensors.joint]
+kind = "encoder"
+place = "wrist"
+quantum = 1e-3
+"""
+
+
+@pytest.mark.parametrize("fidelity", ["thesis", "planar"])
+def test_sensors_of_a_file_and_laws_of_a_named_one_are_in_force(
+    fidelity: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    blow = PULSE.replace("-1600.0", "-160.0")
+    called = write(tmp_path, f'{ROBOT}fidelity = "{fidelity}"\n', blow)
+    (tmp_path / "sensors.toml").write_text(SENSORS)
+    lost = {"law": "sensor_gain", "place": "other", "parameters": {"gain_error": 0.5}}
+    wrist = {"law": "sensor_offset", "place": "turn", "parameters": {"offset": 0.25}}
+    write_rig(read_rig(tmp_path / "rig.toml"), tmp_path / "rig.toml", [lost, wrist])
+    asked = ["--sensors", str(tmp_path / "sensors.toml")]
+    asked += ["--sensor", "turn=wrist:angle:absolute", "--sensor", "wrist:angle:absolute"]
+    assert cli.main([*called, *asked, "--out", str(tmp_path), "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["laws"] == [{"law": "sensor_offset", "place": "turn", "strength": 0.25}]
+    assert result["laws_passed_over"] == [{"law": "sensor_gain", "place": "other"}]
+    assert [s["name"] for s in result["sensors"]] == [
+        *("head", "joint", "turn", "wrist:angle:absolute")
+    ]
+    units = [result["columns"][name]["unit"] for name in ("head", "joint", "turn")]
+    assert units == ["m/s^2", "rad", "rad"]
+    assert str(tmp_path / "sensors.toml") in result["provenance"]["inputs"]
+    moved = table(tmp_path / "motion.csv")
+    np.testing.assert_allclose(moved["turn"], moved["wrist:angle:absolute"] + 0.25, rtol=1e-14)
+    assert np.max(np.abs(moved["joint"] - moved["wrist:angle:absolute"])) < 0.05
+    assert moved["head"].min() == -40.0
+    heavy = ROBOT + f'fidelity = "{fidelity}"\n[parameters]\nclubhead_mass = {0.20277 + 0.006!r}\n'
+    called = write(tmp_path, heavy, blow)
+    asked = ["--sensor", "clubhead:acceleration:collet", "--out", str(tmp_path / "heavy")]
+    assert cli.main([*called, *asked, "--quiet"]) == 0
+    truth = table(tmp_path / "heavy" / "motion.csv")["clubhead:acceleration:collet"]
+    np.testing.assert_allclose(moved["head"], np.clip(1.02 * truth, -40, 40), rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "text, at",
+    [
+        (SENSORS.replace('"wrist"', '"elbow"'), "sensors.toml: [sensors.joint]: expected"),
+        (SENSORS.replace('"encoder"', '"camera"'), "sensors.toml: [sensors.joint] kind"),
+        (SENSORS.replace("mass = 0.006", "mass = -1.0"), "sensors.toml: [sensors.head] mass"),
+        (SENSORS.replace(".head]", ".collet_angle]"), "sensor 'collet_angle'"),
+    ],
+)
+def test_a_faulty_file_of_sensors_ends_in_one_line(
+    text: str, at: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    called = write(tmp_path, ROBOT, PULSE)
+    (tmp_path / "sensors.toml").write_text(text)
+    assert cli.main([*called, "--sensors", str(tmp_path / "sensors.toml")]) == 2
+    one_line(capsys, at)
+
+
+def test_a_sensor_asked_for_twice_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ["--sensor", "clubhead:position:absolute"] * 2
+    assert cli.main([*write(tmp_path, ROBOT, PULSE), *asked]) == 2
+    one_line(capsys, "--sensor 'clubhead:position:absolute'")
