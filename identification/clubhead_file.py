@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -12,17 +10,10 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from ..model.door import fault, nearest, one_of, read_toml, rule, validated
-from .clock import clock_of
 from .clubhead import Club, Swing, with_face
 from .clubhead_ball import MARKER_NOISE, RADIUS, Ball, fit_ball
 from .clubhead_face import Face
-from .dialect import is_number
-from .tables import TextTable, read_table
-from .units import UnitError, conversion, header_factor
-
-_AXIS = re.compile(r"^(?P<name>.+?)[ _.:]?(?P<axis>[xyzXYZ])\s*(?P<unit>[\[(].*)?$")
-_TIMES = ("time", "t", "zeit")
-_LOST = ("", "nan", "NaN", "NAN", "NA", "-", "--", "null")
+from .marker_file import numbers_of, open_text, read_markers, unit_factor
 
 Triple = tuple[float, float, float]
 
@@ -88,8 +79,8 @@ def read_swing(path: Path | str) -> tuple[Swing, Club, Ball | None]:
     """Reads a swing of markers by its sidecar.
 
     The swing's table has a column ``NAME_x``, ``NAME_y``, ``NAME_z`` for each marker, empty where
-    it was lost; the cloud's and the ball's have the columns marker, x, y and z. Axes: x to the
-    target, z up. C3D files are not read: export them as CSV.
+    it was lost, or it is a C3D file; the cloud's and the ball's have the columns marker, x, y and
+    z. Axes: x to the target, z up.
 
     Args:
         path: ``NAME.toml``, or a table beside one.
@@ -110,108 +101,21 @@ def read_swing(path: Path | str) -> tuple[Swing, Club, Ball | None]:
     files = {str(sidecar): sha256}
     data = sidecar.parent / (asked.record.file or (path.name if path != sidecar else ""))
     data = data if data != sidecar.parent else sidecar.with_suffix(".csv")
-    swing = _read_places(data, asked, files)
+    record = asked.record
+    seen = read_markers(
+        data, files, asked.markers.unit, record.sample_rate, record.samples, record.header_rows
+    )
+    swing = Swing(data.stem, data, seen.rate, seen.names, seen.places)
     club = _read_club(sidecar, asked.club, files)
     ball = None if asked.ball is None else _read_ball(sidecar, asked.ball, files)
     return replace(swing, name=sidecar.stem, files=files), club, ball
-
-
-def _numbers(table: TextTable, columns: list[int]) -> np.ndarray:
-    """Columns of a text table, nan where a cell is empty, shape (n, k)."""
-    import pandas as pd
-
-    lines = table.lines[table.layout.first :]
-    frame = pd.read_csv(
-        io.StringIO("\n".join(lines)),
-        sep=r"\s+" if table.layout.delimiter == " " else table.layout.delimiter,
-        header=None,
-        usecols=columns,
-        names=range(max(len(table.layout.names), max(columns) + 1)),
-        decimal="," if table.layout.comma else ".",
-        na_values=list(_LOST),
-        skip_blank_lines=False,
-        skipinitialspace=True,
-    )
-    cells = [np.array(frame[column], copy=True) for column in columns]
-    for column, values in zip(columns, cells, strict=True):
-        if values.dtype.kind not in "fiu":
-            raise _no_number(table, column, values)
-    numbers = np.stack(cells, axis=1).astype(float)
-    numbers[~np.isfinite(numbers)] = np.nan
-    return numbers
-
-
-def _no_number(table: TextTable, column: int, values: np.ndarray) -> ValueError:
-    """Names the first cell of a column that is no number."""
-    texts = [str(value) for value in values.tolist()]
-    plain = [text.replace(",", ".") if table.layout.comma else text for text in texts]
-    row = next((i for i, text in enumerate(plain) if not is_number(text)), 0)
-    place = f"line {table.layout.first + row + 1}, column '{table.name(column)}'"
-    mend = "correct that cell, or empty it where the marker was lost"
-    return fault(table.path, place, "a number or nothing", f"'{texts[row][:40]}'", mend)
-
-
-def _open(path: Path, header_rows: int, files: dict[str, str]) -> TextTable:
-    table = read_table(path, header_rows)
-    if not isinstance(table, TextTable):
-        raise fault(path, "", "a text file", f"{path.suffix}", "export the markers as CSV")
-    files[str(path)] = table.sha256
-    return table
-
-
-def _factor(path: Path, header: str, unit: str | None, place: str) -> float:
-    """Metres in one unit: the sidecar's where it states one, else the header's."""
-    if unit is not None:
-        try:
-            return conversion(unit, "position").factor
-        except UnitError as error:
-            raise fault(path, place, str(error), f"'{unit}'", error.mend) from None
-    stated = header_factor(header, "position")
-    if stated is None:
-        expected = f"the unit of '{header}'"
-        raise fault(path, place, expected, "none", f"write {place} = 'mm', or '{header} [mm]'")
-    return stated[1]
-
-
-def _read_places(path: Path, asked: _Sidecar, files: dict[str, str]) -> Swing:
-    table = _open(path, asked.record.header_rows, files)
-    found: dict[str, dict[str, int]] = {}
-    clock = None
-    for i, header in enumerate(table.layout.names):
-        plain = header.split("[")[0].split("(")[0].strip()
-        if plain.casefold() in _TIMES:
-            clock = i
-        elif match := _AXIS.match(header.strip()):
-            found.setdefault(match["name"].strip(), {})[match["axis"].lower()] = i
-    names = tuple(name for name, axes in found.items() if set(axes) == set("xyz"))
-    if not names:
-        listed = one_of(table.layout.names) if any(table.layout.names) else "columns without names"
-        mend = "name the columns by marker and axis"
-        raise fault(path, "header", "columns 'M1_x', 'M1_y', 'M1_z'", listed, mend)
-    columns = [found[name][axis] for name in names for axis in "xyz"]
-    factor = _factor(path, table.layout.names[columns[0]], asked.markers.unit, "[markers] unit")
-    start, stop = asked.record.samples or (0, None)
-    values = _numbers(table, columns)[start:stop] * factor
-    if len(values) < 10:
-        raise fault(path, "", "at least 10 frames", f"{len(values)}", "name the right file")
-    rate = asked.record.sample_rate
-    if rate is None:
-        if clock is None:
-            mend = "add a time column in s, or sample_rate"
-            raise fault(path, "header", "a column 'time', or [record] sample_rate", "neither", mend)
-        times = _numbers(table, [clock])[start:stop, 0]
-        if not np.isfinite(times).all():
-            raise fault(path, "time", "a number in each row", "empty cells", "fill them")
-        stated = header_factor(table.layout.names[clock], "time")
-        rate = clock_of(times * (stated[1] if stated else 1.0), path, "time", start).rate
-    return Swing(path.stem, path, rate, names, values.reshape(len(values), len(names), 3))
 
 
 def _read_cloud(
     path: Path, unit: str | None, place: str, files: dict[str, str]
 ) -> tuple[tuple[str, ...], np.ndarray]:
     """Names and places of markers listed one a row."""
-    table = _open(path, 0, files)
+    table = open_text(path, 0, files)
     plain = [n.split("[")[0].split("(")[0].strip().casefold() for n in table.layout.names]
     wanted = ("marker", "x", "y", "z")
     if any(plain.count(word) != 1 for word in wanted):
@@ -220,12 +124,12 @@ def _read_cloud(
     index = [plain.index(word) for word in wanted]
     lines = table.lines[table.layout.first :]
     names = tuple(table.layout.cells(line)[index[0]].strip() for line in lines)
-    values = _numbers(table, index[1:])
+    values = numbers_of(table, index[1:])
     if not np.isfinite(values).all():
         row = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
         line = f"line {table.layout.first + row + 1}"
         raise fault(path, line, "three numbers", "an empty cell", "fill it, or cut the line")
-    return names, values * _factor(path, table.layout.names[index[1]], unit, place)
+    return names, values * unit_factor(path, table.layout.names[index[1]], unit, place)
 
 
 def _read_club(sidecar: Path, asked: _Club, files: dict[str, str]) -> Club:

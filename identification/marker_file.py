@@ -1,0 +1,217 @@
+"""Files of markers in the room, frame by frame: a table of any dialect, or C3D."""
+
+from __future__ import annotations
+
+import io
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..model.door import fault, one_of, read_bytes, sha256_of
+from .clock import clock_of
+from .dialect import is_number
+from .tables import LARGEST_FILE, TextTable, read_table
+from .units import UnitError, conversion, header_factor
+
+_AXIS = re.compile(r"^(?P<name>.+?)[ _.:]?(?P<axis>[xyzXYZ])\s*(?P<unit>[\[(].*)?$")
+_TIMES = ("time", "t", "zeit")
+_LOST = ("", "nan", "NaN", "NAN", "NA", "-", "--", "null")
+
+FEWEST = 10
+"""Fewest frames of a swing [-]."""
+
+Span = tuple[int, int] | None
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerFile:
+    """Markers in the room, as a file holds them.
+
+    Attributes:
+        path: the file.
+        rate: frames a second [Hz].
+        names: of the markers.
+        places: shape (n, m, 3) [m]; nan where a marker was lost.
+    """
+
+    path: Path
+    rate: float
+    names: tuple[str, ...]
+    places: np.ndarray = field(repr=False)
+
+
+def read_markers(
+    path: Path,
+    files: dict[str, str],
+    unit: str | None = None,
+    rate: float | None = None,
+    samples: Span = None,
+    header_rows: int = 0,
+) -> MarkerFile:
+    """Reads markers from a table with columns ``NAME_x``, ``NAME_y``, ``NAME_z``, or from C3D.
+
+    Args:
+        path: the file; ``.c3d`` is read as C3D, everything else as text.
+        files: takes up the SHA-256 of the file's bytes.
+        unit: of the places; the file's own word where None.
+        rate: frames a second [Hz]; from the file where None.
+        samples: frames to use, the first and one past the last; None for all.
+        header_rows: lines of a text file to pass over.
+
+    Returns:
+        The markers in metres, and frames a second.
+
+    Raises:
+        ValueError: one line with file, place, expected, found and mend.
+    """
+    is_c3d = path.suffix.lower() == ".c3d"
+    found = (
+        _read_c3d(path, files, unit, rate)
+        if is_c3d
+        else _read_table(path, files, unit, rate, samples, header_rows)
+    )
+    start, stop = samples or (0, None)
+    places = found.places[start:stop]
+    if len(places) < FEWEST:
+        raise _too_few(path, len(places))
+    return MarkerFile(path, found.rate, found.names, places)
+
+
+def _too_few(path: Path, count: int) -> ValueError:
+    return fault(path, "", f"at least {FEWEST} frames", f"{count}", "name the right file")
+
+
+def _read_table(
+    path: Path,
+    files: dict[str, str],
+    unit: str | None,
+    rate: float | None,
+    samples: Span,
+    header_rows: int,
+) -> MarkerFile:
+    table = open_text(path, header_rows, files)
+    found: dict[str, dict[str, int]] = {}
+    clock = None
+    for i, header in enumerate(table.layout.names):
+        plain = header.split("[")[0].split("(")[0].strip()
+        if plain.casefold() in _TIMES:
+            clock = i
+        elif match := _AXIS.match(header.strip()):
+            found.setdefault(match["name"].strip(), {})[match["axis"].lower()] = i
+    names = tuple(name for name, axes in found.items() if set(axes) == set("xyz"))
+    if not names:
+        listed = one_of(table.layout.names) if any(table.layout.names) else "columns without names"
+        mend = "name the columns by marker and axis"
+        raise fault(path, "header", "columns 'M1_x', 'M1_y', 'M1_z'", listed, mend)
+    columns = [found[name][axis] for name in names for axis in "xyz"]
+    factor = unit_factor(path, table.layout.names[columns[0]], unit, "[markers] unit")
+    values = numbers_of(table, columns) * factor
+    rate = rate or _rate_of(table, clock, samples or (0, None))
+    return MarkerFile(path, rate, names, values.reshape(len(values), len(names), 3))
+
+
+def _rate_of(table: TextTable, clock: int | None, samples: tuple[int, int | None]) -> float:
+    path = table.path
+    if clock is None:
+        mend = "add a time column in s, or sample_rate"
+        raise fault(path, "header", "a column 'time', or [record] sample_rate", "neither", mend)
+    times = numbers_of(table, [clock])[slice(*samples), 0]
+    if len(times) < FEWEST:
+        raise _too_few(path, len(times))
+    if not np.isfinite(times).all():
+        raise fault(path, "time", "a number in each row", "empty cells", "fill them")
+    stated = header_factor(table.layout.names[clock], "time")
+    return clock_of(times * (stated[1] if stated else 1.0), path, "time", samples[0]).rate
+
+
+def _read_c3d(
+    path: Path, files: dict[str, str], unit: str | None, rate: float | None
+) -> MarkerFile:
+    """The points of a C3D file; a point whose residual is negative was lost."""
+    mend = "cut the recording to one swing"
+    files[str(path)] = sha256_of(read_bytes(path, LARGEST_FILE, mend))
+    try:
+        from ezc3d import c3d  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        mend = "run 'pip install supple[c3d]', or export the markers as CSV"
+        raise fault(path, "", "the library ezc3d for C3D files", "none installed", mend) from None
+    try:
+        content: Any = c3d(str(path))
+        told = content["parameters"]["POINT"]
+        names = tuple(str(name).strip() for name in told["LABELS"]["value"])
+        points = np.asarray(content["data"]["points"], dtype=float)
+        lost = np.asarray(content["data"]["meta_points"]["residuals"], dtype=float)[0] < 0.0
+        own_rate, own_unit = float(told["RATE"]["value"][0]), str(told["UNITS"]["value"][0]).strip()
+    except (OSError, RuntimeError, ValueError, KeyError, IndexError) as error:
+        text = f"'{' '.join(str(error).split())[:80] or type(error).__name__}'"
+        raise fault(
+            path, "", "a C3D file with points", text, "export it again, or as CSV"
+        ) from None
+    places = np.moveaxis(points[:3], 0, -1).swapaxes(0, 1).copy()
+    places[lost.T] = np.nan
+    if not names or len(names) != places.shape[1]:
+        found = f"{places.shape[1]} points and {len(names)} labels"
+        raise fault(path, "POINT:LABELS", "a name for each point", found, "name them in the lab")
+    factor = unit_factor(path, f"points [{own_unit}]", unit, "[markers] unit")
+    return MarkerFile(path, rate or own_rate, names, places * factor)
+
+
+def numbers_of(table: TextTable, columns: list[int]) -> np.ndarray:
+    """Columns of a text table, nan where a cell is empty, shape (n, k) [unit of the file]."""
+    import pandas as pd
+
+    lines = table.lines[table.layout.first :]
+    frame = pd.read_csv(
+        io.StringIO("\n".join(lines)),
+        sep=r"\s+" if table.layout.delimiter == " " else table.layout.delimiter,
+        header=None,
+        usecols=columns,
+        names=range(max(len(table.layout.names), max(columns) + 1)),
+        decimal="," if table.layout.comma else ".",
+        na_values=list(_LOST),
+        skip_blank_lines=False,
+        skipinitialspace=True,
+    )
+    cells = [np.array(frame[column], copy=True) for column in columns]
+    for column, values in zip(columns, cells, strict=True):
+        if values.dtype.kind not in "fiu":
+            raise _no_number(table, column, values)
+    numbers = np.stack(cells, axis=1).astype(float)
+    numbers[~np.isfinite(numbers)] = np.nan
+    return numbers
+
+
+def _no_number(table: TextTable, column: int, values: np.ndarray) -> ValueError:
+    """Names the first cell of a column that is no number."""
+    texts = [str(value) for value in values.tolist()]
+    plain = [text.replace(",", ".") if table.layout.comma else text for text in texts]
+    row = next((i for i, text in enumerate(plain) if not is_number(text)), 0)
+    place = f"line {table.layout.first + row + 1}, column '{table.name(column)}'"
+    mend = "correct that cell, or empty it where the marker was lost"
+    return fault(table.path, place, "a number or nothing", f"'{texts[row][:40]}'", mend)
+
+
+def open_text(path: Path, header_rows: int, files: dict[str, str]) -> TextTable:
+    """Opens a table of text and notes the SHA-256 of its bytes in `files`."""
+    table = read_table(path, header_rows)
+    if not isinstance(table, TextTable):
+        raise fault(path, "", "a text file", f"{path.suffix}", "export the markers as CSV")
+    files[str(path)] = table.sha256
+    return table
+
+
+def unit_factor(path: Path, header: str, unit: str | None, place: str) -> float:
+    """Metres in one unit: the sidecar's where it states one, else the header's [m]."""
+    if unit is not None:
+        try:
+            return conversion(unit, "position").factor
+        except UnitError as error:
+            raise fault(path, place, str(error), f"'{unit}'", error.mend) from None
+    stated = header_factor(header, "position")
+    if stated is None:
+        expected = f"the unit of '{header}'"
+        raise fault(path, place, expected, "none", f"write {place} = 'mm', or '{header} [mm]'")
+    return stated[1]
