@@ -21,6 +21,7 @@ from .terminal import (
     Records,
     RigFile,
     Seed,
+    SensorFile,
     Sensors,
     Session,
     app,
@@ -73,6 +74,7 @@ def simulate(
     rig: Annotated[Path, typer.Option("--rig", metavar="RIG", help="The rig that moves.")],
     drive: Annotated[Path, typer.Option("--drive", metavar="DRIVE", help="What moves it.")],
     sensor: Sensors = None,
+    sensors: SensorFile = None,
     out: Out = None,
     seed: Seed = 0,
     as_json: Json = False,
@@ -81,7 +83,7 @@ def simulate(
     """Simulate one motion of a rig under a drive."""
     from .simulate import show_motion, simulate_rig
 
-    result, trusted = simulate_rig(rig, drive, sensor or [], out, seed)
+    result, trusted = simulate_rig(rig, drive, sensor or [], out, seed, sensors)
     finish(Session(None, seed, as_json, quiet), result, "motion.json", show_motion, trusted)
 
 
@@ -223,6 +225,43 @@ def clubhead(
 
     result, trusted = clubhead_files(files, out, seed)
     finish(Session(out, seed, as_json, quiet), result, "clubhead.json", show_clubhead, trusted)
+
+
+@command
+def profile(
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="Markers of a golfer: a sidecar, CSV or C3D file."),
+    ],
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Turn a golfer's markers into a profile that the robot can play."""
+    from .profile import profile_file, show_profile
+
+    result, trusted = profile_file(file, out, seed)
+    finish(Session(out, seed, as_json, quiet), result, "profile.json", show_profile, trusted)
+
+
+@command
+def swing(
+    task: Annotated[Path, typer.Argument(metavar="TASK", help="What to swing, a TOML file.")],
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find the smoothest quiet swing that is at the ball with pose and speed."""
+    from .engine import progress_of
+    from .swing import show_swing, swing_task
+
+    session = Session(out, seed, as_json, quiet)
+    progress = progress_of(session.talks)
+    result, trusted = swing_task(task, out, seed, progress)
+    progress("")
+    finish(replace(session, out=None), result, "swing.json", show_swing, trusted)
 
 
 @study_app.callback(invoke_without_command=True)

@@ -25,7 +25,7 @@ MAY_IMPORT = {
 }
 # Libraries that are met in one place alone.
 PLACES = {
-    "casadi": "optimize/solve.py",
+    "casadi": "optimize/solve",
     "emcee": "identification/sample.py",
     "optuna": "optimize/search",
     "matplotlib": "studies/",
