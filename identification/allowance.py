@@ -102,3 +102,56 @@ def without(allowance: Allowance, kind: str) -> Allowance | None:
     columns = tuple(block[:, keep] for block in allowance.columns)
     kinds = tuple(own for own in allowance.kinds if own != kind)
     return replace(allowance, kinds=kinds, columns=columns, priors=allowance.priors[keep])
+
+
+MANY = 2.0
+"""Root mean square of hundreds of numbers, in units of their priors, that is no chance [-]: were
+the prior right it would stay below 1."""
+
+FEW = 4.0
+"""Size of a single number, in units of its prior, that is a finding and no nuisance more [-]."""
+
+
+@dataclass(frozen=True)
+class Used:
+    """How far the numbers of one kind in one record had to go.
+
+    Attributes:
+        record: its name.
+        kind: as in `Allowance.kinds`.
+        count: how many there are [-].
+        rms: root mean square in units of their priors [-].
+        largest: largest size in units of its prior [-].
+    """
+
+    record: str
+    kind: str
+    count: int
+    rms: float
+    largest: float
+
+    @property
+    def beyond(self) -> bool:
+        """Whether they went further than their tolerance lets them; a ringing has none."""
+        if self.kind == "ringing":
+            return False
+        return self.rms > MANY if self.count > 50 else self.largest > FEW
+
+
+def used(record: str, allowance: Allowance, estimate: np.ndarray) -> list[Used]:
+    """How far each kind of numbers of a record's allowance had to go.
+
+    Args:
+        record: its name.
+        allowance: what was left open.
+        estimate: best numbers in units of their priors, shape (m,) [-].
+
+    Returns:
+        One entry a kind, in the order of the kinds.
+    """
+    kinds, found = np.array(allowance.kinds), []
+    for kind in dict.fromkeys(allowance.kinds):
+        own = estimate[kinds == kind]
+        rms, largest = float(np.sqrt(np.mean(own**2))), float(np.max(np.abs(own)))
+        found.append(Used(record, str(kind), len(own), rms, largest))
+    return found

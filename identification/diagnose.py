@@ -23,6 +23,7 @@ from .trial import (
     promising,
     simplest_first,
     with_limits,
+    with_other_places,
     without_general,
 )
 
@@ -213,7 +214,7 @@ class _Search:
         start = solve(thinned(self.fit.model), self.fit.x, 6)
         quick = []
         worth = [c for c in without_general(open_) if c.gain > WORTH * open_[0].gain]
-        chosen = worth[:TRIALS] if len(worth) > 1 else list(open_[:2])
+        chosen = with_other_places(worth, TRIALS) if len(worth) > 1 else list(open_[:2])
         for candidate in with_limits(promising(self.fit, chosen), open_):
             self.progress(f"trying {candidate.name}")
             quick.append((extend(start, candidate, 10), candidate))
@@ -312,6 +313,7 @@ class _Search:
         share = explained(self.base, self.fit)
         if not self.accepted:
             bad = left > SMALL_EXCESS and misfit_chance(self.fit) < 1e-4
+            bad = bad or any(one.beyond for one in self.fit.used)
             status = "unknown" if bad else "adequate"
         elif left > SMALL_EXCESS and share < LEAST_SHARE:
             status = "unknown"

@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 from scipy.optimize import least_squares
 
-from .allowance import Allowance, joined
+from .allowance import Allowance, Used, joined, used
 from .drive_error import drive_allowances
 from .guess import first_guess
 from .lever import lever_allowances
@@ -94,6 +94,12 @@ class Fit:
     def keys(self) -> tuple[Key, ...]:
         """All (record, channel) pairs."""
         return tuple((p.name, s.channel.name) for p in self.problem.records for s in p.sensors)
+
+    @cached_property
+    def used(self) -> list[Used]:
+        """How far what is left open of each record had to go, in units of its priors [-]."""
+        open_ = self.model.allowances
+        return [u for name, e in self.estimates.items() for u in used(name, open_[name], e)]
 
     @property
     def reduced_chi2(self) -> float:

@@ -46,6 +46,16 @@ def with_limits(chosen: Sequence[Candidate], open_: Sequence[Candidate]) -> list
     return [c for c in open_ if c.name in names]
 
 
+def with_other_places(worth: Sequence[Candidate], count: int) -> list[Candidate]:
+    """The first `count` candidates, and the best one's law wherever else it is worth a trial.
+
+    A column at zero strength says less of the place than of the law: springs in a row share a
+    motion, and a strong law changes how they do.
+    """
+    chosen = list(worth[:count])
+    return chosen + [c for c in worth[count:] if c.law.name == worth[0].law.name]
+
+
 def interval(trial: Trial) -> float:
     """Longest sampling interval of the channels at a trial's place [s].
 

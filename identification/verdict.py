@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from .diagnose import Diagnosis
+from .diagnose import SMALL_EXCESS, Diagnosis
 from .evidence import effective_samples, excess, explained
 from .extend import HeldOut
 from .fit import Fit
 from .free import Entry
 from .identifiable import identifiability
 from .screen import Candidate
+from .tolerances import allowed_json, beyond_words
 from .trial import Trial
 
 NORMAL_95 = 1.959964
@@ -117,6 +118,9 @@ def sentence_of(diagnosis: Diagnosis) -> str:
             f"These records cannot tell {' from '.join(names)}; each explains them as well. "
             + " ".join(told)
         )
+    beyond = beyond_words(final)
+    if beyond and excess(final) < SMALL_EXCESS:
+        return f"What was told of these records does not hold. {beyond}"
     place = diagnosis.candidates[0].place if diagnosis.candidates else "the model"
     left = np.sqrt(1.0 + excess(final))
     guess = f" Best guess: {' '.join(told)}" if told else ""
@@ -146,6 +150,9 @@ def why_of(diagnosis: Diagnosis) -> list[str]:
             f"{first.candidate.name} was first of {len(diagnosis.candidates)} tried: BIC falls by "
             f"{first.delta_bic:.0f} on {effective_samples(first.fit):.0f} independent samples."
         )
+    beyond = beyond_words(final)
+    if beyond:
+        said.append(beyond)
     for trial in diagnosis.trials:
         if trial.verdict.startswith("refused"):
             said.append(f"{trial.candidate.name} {trial.verdict}.")
@@ -327,6 +334,7 @@ def diagnosis_json(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> dict[
         "gain": gain_json(diagnosis.held_before, diagnosis.held_after, diagnosis.split),
         "parameters": parameters_json(base, final),
         "nuisances": nuisances_json(final),
+        "allowed": allowed_json(final),
         "decision": {"best_before": {}, "best_after": {}, "loss_if_ignored": {}},
         "history": history_json(diagnosis),
         "missing_force": None,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from supple.identification.allowance import Allowance, joined, marginal_of, without
+from supple.identification.allowance import Allowance, joined, marginal_of, used, without
 from supple.identification.drive_error import drive_allowances, told_noise
 from supple.identification.fit import solve
 from supple.identification.lever import LEVER, lever_allowances
@@ -187,3 +187,16 @@ def test_a_model_with_an_allowance_has_the_slope_of_its_residual(driven):
     assert np.sum(wide.residual(x) ** 2) < np.sum(model.residual(x) ** 2)
     fit = solve(wide, x, 0)
     assert set(fit.estimates) == set(wide.allowances)
+
+
+def test_what_goes_beyond_its_tolerance_is_a_finding():
+    rng = np.random.default_rng(0)
+    kinds = ("drive",) * 200 + ("delay", "lever", "ringing")
+    allowance = Allowance(kinds, (np.zeros((3, 203)),), np.ones(203))
+    calm = used("r", allowance, np.append(rng.standard_normal(200), [1.0, 2.0, 90.0]))
+    assert [one.kind for one in calm] == ["drive", "delay", "lever", "ringing"]
+    assert not any(one.beyond for one in calm)
+    loud = used("r", allowance, np.append(3 * rng.standard_normal(200), [5.0, -4.5, 0.0]))
+    assert [one.beyond for one in loud] == [True, True, True, False]
+    one = used("r", allowance, np.append(np.zeros(199), [9.0, 0.0, 0.0, 0.0]))[0]
+    assert one.largest == 9.0 and not one.beyond, "one knot of many may be far off"

@@ -15,6 +15,7 @@ from supple.identification.trial import (
     interval,
     simplest_first,
     with_limits,
+    with_other_places,
     without_general,
 )
 from supple.model.law import library
@@ -69,3 +70,10 @@ def test_a_tone_where_the_model_does_not_move_is_misfit(size, found):
     _, misfit = choose_noise(residual, predicted)
     assert (misfit.p_value < 1e-6) is found
     assert (misfit.ratio > 3.0) is found
+
+
+def test_the_best_law_is_tried_at_every_place_that_is_worth_it():
+    first = [candidate("hysteresis", 9.0, "shaft"), candidate("clearance", 8.0, "wrist")]
+    rest = [candidate("hysteresis", 3.0, "sleeve"), candidate("clearance", 2.0, "sleeve")]
+    chosen = with_other_places([*first, *rest], 2)
+    assert [c.name for c in chosen] == ["shaft/hysteresis", "wrist/clearance", "sleeve/hysteresis"]
