@@ -41,15 +41,15 @@ def backbone(times: np.ndarray, values: np.ndarray, noise: float = 0.0) -> Backb
     Returns:
         The backbone; empty where the decay has fewer than six extrema above the noise.
 
-    Source: own derivation, checked by tests/studies/test_backbone.py against closed forms.
+    Source: own derivation, checked by tests/identification/test_backbone.py against closed forms.
     """
     empty = Backbone(np.empty(0), np.empty(0), np.empty(0))
     if len(values) < 32 or not np.ptp(values) > 0.0:
         return empty
     interval = float(times[1] - times[0])
-    period = _period(values)
+    period = period_of(values)
     smooth = _low_pass(values, 3.0 / period)
-    instants, extrema = _extrema(smooth, period, 3.0 * noise)
+    instants, extrema = extrema_of(smooth, period, 3.0 * noise)
     if len(instants) < 6:
         return empty
     amplitude = np.abs(extrema[1:-1] - 0.5 * (extrema[:-2] + extrema[2:])) / 2.0
@@ -70,7 +70,7 @@ def counted_change(values: np.ndarray, rate: float) -> tuple[float, float]:
         Relative change of frequency over the square of the amplitude, and its standard error from
         the scatter of the cycles [1]; both zero where there are too few cycles.
 
-    Source: Duffing's backbone to second order; tests/studies/test_backbone.py.
+    Source: Duffing's backbone to second order; tests/identification/test_backbone.py.
     """
     first = int(np.argmax(np.abs(values - np.mean(values))))
     kept = values[first:]
@@ -82,8 +82,8 @@ def counted_change(values: np.ndarray, rate: float) -> tuple[float, float]:
     return float(slope / level), float(np.sqrt(spread[0, 0]) / level)
 
 
-def _period(values: np.ndarray) -> float:
-    """Samples in one period of the strongest line of the spectrum."""
+def period_of(values: np.ndarray) -> float:
+    """Samples in one period of the strongest line of the spectrum [-]; `values` of shape (t,)."""
     spectrum = np.abs(np.fft.rfft((values - values.mean()) * np.hanning(len(values))))
     return len(values) / max(int(np.argmax(spectrum[2:])) + 2, 1)
 
@@ -95,8 +95,10 @@ def _low_pass(values: np.ndarray, corner: float) -> np.ndarray:
     return sosfiltfilt(butter(2, 2.0 * corner, output="sos"), values)
 
 
-def _extrema(values: np.ndarray, period: float, prominence: float) -> tuple[np.ndarray, np.ndarray]:
-    """Alternating maxima and minima: their places in samples, and their values."""
+def extrema_of(
+    values: np.ndarray, period: float, prominence: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Alternating maxima and minima: their places in samples [-], and their values [any unit]."""
     least = max(prominence, 1e-4 * float(np.ptp(values)))
     rules = {"distance": max(1.0, 0.3 * period), "prominence": least}
     found = [(i, 1.0) for i in find_peaks(values, **rules)[0]]

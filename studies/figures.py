@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
-from .backbone import backbone
+from ..identification.backbone import backbone
 from .views import Cloud, binned_mean, clouds, envelope, normalized_error, telling_window
 from .words import cause_words, number_words, unit_words
 

@@ -218,7 +218,7 @@ def counted_softening(data: Path, folder: str, names: Sequence[str]) -> list[tup
         error, one pair a record: the slope over the square of the amplitude.
     """
     from ..identification.records import read_record
-    from .backbone import counted_change
+    from ..identification.backbone import counted_change
 
     channels = [read_record(path).responses[0] for path in _paths(data, folder, names)]
     return [counted_change(channel.values, channel.sample_rate) for channel in channels]

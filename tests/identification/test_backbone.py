@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from supple.studies.backbone import backbone, counted_change
+from supple.identification.backbone import backbone, counted_change
 
 
 def decay(frequency, ratio, *, offset=0.0, noise=0.0, seconds=20.0, rate=500.0):
