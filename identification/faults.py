@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..model.chain import DERIVATIVES
 from ..model.law import Fault, Law
 from .free import Entry
-from .prepare import Sensor
+from .prepare import Prepared, Sensor
 
 
 @dataclass(frozen=True)
@@ -54,14 +55,34 @@ class FaultyReading:
         return self.fault.along(strength, shapes, readings, step, by[0], list(by[1:]), columns)
 
 
+DRIVE = "drive"
+"""The place of what moves a mechanism from outside."""
+
+
+def felt(place: str, law: Law, sensor: Sensor, driven: bool) -> bool:
+    """Whether a channel feels a fault at a place; `driven`: a told motion moves its record [-]."""
+    return place == sensor.channel.name or (law.kind == DRIVE and place == DRIVE and driven)
+
+
+def told_motion(prepared: Prepared) -> bool:
+    """Whether a told motion moves a record [-]."""
+    return any(
+        DERIVATIVES.get(port.quantity) == 0 and np.ptp(column) > 0
+        for port, column in zip(prepared.ports, prepared.inputs.T, strict=True)
+    )
+
+
 def faulty_readings(
     causes: Sequence[tuple[str, Law]],
     entries: Sequence[Entry],
     values: Sequence[float] | np.ndarray,
     held: Sequence[tuple[Entry, float]],
     sensor: Sensor,
+    driven: bool = False,
 ) -> list[FaultyReading]:
     """The faults in force on one channel, in their order.
+
+    A fault of the drive is felt by every channel of a record that it moves.
 
     Args:
         causes: laws in force with their places.
@@ -69,6 +90,7 @@ def faulty_readings(
         values: of these entries [SI].
         held: further entries with their values [SI].
         sensor: the channel.
+        driven: whether a told motion moves its record.
     """
     found = []
     known: dict[tuple[str, ...], tuple[float, int | None]] = {
@@ -78,7 +100,7 @@ def faulty_readings(
         if entry.slot == "fault":
             known[entry.keys] = (values[index], index)
     for place, law in causes:
-        if law.fault is None or place != sensor.channel.name:
+        if law.fault is None or not felt(place, law, sensor, driven):
             continue
         symbols = ["", *(shape.symbol for shape in law.shapes)]
         numbers = [known[place, law.name, symbol] for symbol in symbols]

@@ -38,6 +38,11 @@ class Sensor:
     times: np.ndarray
     sampling: csr_matrix | None = None
 
+    @property
+    def step(self) -> float:
+        """Its sampling interval, longer than the channel's own where it was thinned [s]."""
+        return float(self.times[1] - self.times[0])
+
 
 @dataclass(frozen=True)
 class Prepared:

@@ -16,7 +16,7 @@ from ..model.plant import Plant, numbers_vector
 from ..model.respond import simulate, tangents
 from ..model.rig import Rig
 from .allowance import Allowance, Marginal, marginal_of
-from .faults import FaultyReading, faulty_readings
+from .faults import FaultyReading, faulty_readings, told_motion
 from .free import Entry, day_entries, drive_entries, nuisance_entries, rig_entries, slot_index
 from .noise import Noise, Trust, trust_of
 from .prepare import Prepared, Sensor, opening, prepare_all
@@ -196,8 +196,8 @@ class Model:
             grid = self.grid(prepared, x, finer)
             for index, sensor in enumerate(prepared.sensors):
                 seen = sample(sensor, grid[:, index])
-                for faulty in self.faults(sensor, x):
-                    seen = faulty.read(seen, 1.0 / sensor.channel.sample_rate)
+                for faulty in self.faults(prepared, sensor, x):
+                    seen = faulty.read(seen, sensor.step)
                 found[prepared.name, sensor.channel.name] = seen
         return found
 
@@ -263,7 +263,8 @@ class Model:
                 noise = self.noises[prepared.name, sensor.channel.name]
                 moved = sample(sensor, columns[index])
                 if grid is not None:
-                    moved = self._read_along(sensor, x, sample(sensor, grid[:, index]), moved)
+                    seen = sample(sensor, grid[:, index])
+                    moved = self._read_along(prepared, sensor, x, seen, moved)
                 block = -noise.whiten(moved)
                 record.append(self._cut(prepared, sensor, block))
             blocks.append(self.allowed(prepared, np.concatenate(record)))
@@ -288,19 +289,25 @@ class Model:
             found.append(columns)
         return found
 
-    def faults(self, sensor: Sensor, x: np.ndarray) -> list[FaultyReading]:
-        """Faults in force on one channel at scaled unknowns x [-]."""
+    def faults(self, prepared: Prepared, sensor: Sensor, x: np.ndarray) -> list[FaultyReading]:
+        """Faults in force on one channel of a record at scaled unknowns x [-]."""
         if all(law.fault is None for _, law in self.causes):
             return []
-        return faulty_readings(self.causes, self.entries, x * self.scale, self.fixed, sensor)
+        driven = told_motion(prepared)
+        held, values = self.fixed, x * self.scale
+        return faulty_readings(self.causes, self.entries, values, held, sensor, driven)
 
     def _read_along(
-        self, sensor: Sensor, x: np.ndarray, seen: np.ndarray, moved: np.ndarray
+        self,
+        prepared: Prepared,
+        sensor: Sensor,
+        x: np.ndarray,
+        seen: np.ndarray,
+        moved: np.ndarray,
     ) -> np.ndarray:
-        step = 1.0 / sensor.channel.sample_rate
-        for faulty in self.faults(sensor, x):
-            moved = faulty.along(seen, moved, step, self.scale)
-            seen = faulty.read(seen, step)
+        for faulty in self.faults(prepared, sensor, x):
+            moved = faulty.along(seen, moved, sensor.step, self.scale)
+            seen = faulty.read(seen, sensor.step)
         # as in `sensitivity`: what ran away is a constant to `residual`
         return np.where(np.isfinite(moved), moved, 0.0)
 

@@ -18,7 +18,7 @@ from ..model.law import Law, Place, Scales, library
 from ..model.linear import Array
 from ..model.plant import Plant, numbers_vector
 from ..model.respond import force_responses
-from .faults import FaultyReading
+from .faults import DRIVE, FaultyReading, felt, told_motion
 from .fit import Fit
 from .free import Entry, law_entry, shape_entries
 from .motions import motions
@@ -73,6 +73,9 @@ def possible_causes(fit: Fit) -> list[Cause]:
             fits = fits and law.rotation in (None, mechanism.turns(place))
             if fits and (place, law.name) not in had and not _said_already(fit, place, law):
                 found.append((place, law))
+    if any(told_motion(prepared) for prepared in problem.records):
+        drives = [(DRIVE, law) for law in library().values() if law.kind == DRIVE]
+        found += [(place, law) for place, law in drives if (place, law.name) not in had]
     for channel, is_input, driven in _channels(fit):
         for law in library().values():
             if not law.slot or (channel, law.name) in had:
@@ -134,7 +137,8 @@ def _scales_at(fit: Fit, cause: Cause) -> Scales:
     if not law.slot:
         return scales[place]
     channels = [c for p in fit.problem.records for c in p.record.channels if c.name == place]
-    rms = float(np.mean([np.std(c.values) for c in channels])) or 1.0
+    rms = float(np.mean([np.std(c.values) for c in channels])) if channels else 0.0
+    rms = rms or 1.0
     return replace(next(iter(scales.values())), stretch=0.1 * rms)
 
 
@@ -243,19 +247,22 @@ def _columns(fit: Fit, trials: Sequence[Attempt]) -> Iterator[tuple[list[int], n
 def _fault_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
     """Columns of a channel's faults at their null, about what it is said to read."""
     blocks = []
-    for key in fit.keys:
-        sensor, seen = fit.sensor_of(key), fit.predicted[key]
-        block = np.zeros((len(seen), len(trials)))
-        for column, trial in enumerate(trials):
-            place, law = trial.cause
-            if place != sensor.channel.name or law.fault is None:
-                continue
-            numbers = (0.0, *(shape.value for shape in trial.shapes))
-            held = (None,) * len(trial.shapes)
-            faulty = FaultyReading(law, law.fault, numbers, (0, *held))
-            step, scale = 1.0 / sensor.channel.sample_rate, np.array([trial.entry.scale])
-            block[:, column] = faulty.along(seen, np.zeros((len(seen), 1)), step, scale)[:, 0]
-        blocks.append(-fit.model.noises[key].whiten(block))
+    for prepared in fit.problem.records:
+        driven = told_motion(prepared)
+        for sensor in prepared.sensors:
+            key = prepared.name, sensor.channel.name
+            seen = fit.predicted[key]
+            block = np.zeros((len(seen), len(trials)))
+            for column, trial in enumerate(trials):
+                place, law = trial.cause
+                if law.fault is None or not felt(place, law, sensor, driven):
+                    continue
+                numbers = (0.0, *(shape.value for shape in trial.shapes))
+                held = (None,) * len(trial.shapes)
+                faulty = FaultyReading(law, law.fault, numbers, (0, *held))
+                still, scale = np.zeros((len(seen), 1)), np.array([trial.entry.scale])
+                block[:, column] = faulty.along(seen, still, sensor.step, scale)[:, 0]
+            blocks.append(-fit.model.noises[key].whiten(block))
     return _allowed(fit, np.concatenate(blocks))
 
 

@@ -109,7 +109,8 @@ class Law:
         name: the contract's name.
         kind: where it acts: ``link``, ``mass``, ``reading`` (a measured channel), ``response``
             (the same, where something drives the record), ``channel`` (a measured channel or
-            a drive's), ``axis`` (an accelerometer) or ``load`` (the place where a sensor sits).
+            a drive's), ``axis`` (an accelerometer), ``load`` (the place where a sensor sits) or
+            ``drive`` (a told motion).
         symbol: name of its strength in results, such as ``torque`` or ``gap``.
         dimension: exponents of force, length and time in the strength's unit [-].
         force: ``force(strength, stretch, rate, place)``, the force that resists the stretch

@@ -8,11 +8,15 @@ from hypothesis import given, settings, strategies as st
 
 from supple.identification.allowance import Allowance, joined, marginal_of, used, without
 from supple.identification.drive_error import drive_allowances, told_noise
+from supple.identification.faults import told_motion
 from supple.identification.fit import solve
+from supple.identification.free import Entry
 from supple.identification.lever import LEVER, lever_allowances
 from supple.identification.problem import Model, base_entries, make_problem, rough_noise
 from supple.identification.records import read_record
 from supple.identification.ringing import find_ringing, ringing_allowances
+from supple.model.law import library
+from supple.model.laws.sensor_lowpass import lag, weights
 from supple.model.rig import read_rig
 from tests.lab.sealed import draw_sealed
 
@@ -200,3 +204,34 @@ def test_what_goes_beyond_its_tolerance_is_a_finding():
     assert [one.beyond for one in loud] == [True, True, True, False]
     one = used("r", allowance, np.append(np.zeros(199), [9.0, 0.0, 0.0, 0.0]))[0]
     assert one.largest == 9.0 and not one.beyond, "one knot of many may be far off"
+
+
+def test_a_lagging_drive_is_felt_by_every_channel(driven):
+    model, x = driven
+    law, lag_time = library()["servo_lag"], 0.02
+    entry = Entry("drive/servo_lag", "fault", ("drive", law.name, ""), None, 0.0, scale=lag_time)
+    late = replace(model, entries=(*model.entries, entry), causes=(("drive", law),))
+    told = [p for p in model.problem.records if told_motion(p)]
+    assert told
+    rest = [i for i, e in enumerate(model.entries) if e.slot == "start"]
+    still = x.copy()
+    still[rest] = 0.0
+    for prepared in told:
+        inputs = prepared.inputs.copy()
+        inputs[:, 0] = lag(weights(prepared.step / lag_time)[0], inputs[:, 0], inputs[0, 0])
+        moved = replace(prepared, inputs=inputs)
+        problem = replace(model.problem, records=(moved,))
+        seen = replace(model, problem=problem).predict(still)
+        found = late.predict(np.append(still, 1.0))
+        before = model.predict(still)
+        for sensor in prepared.sensors:
+            key = prepared.name, sensor.channel.name
+            change = np.max(np.abs(seen[key] - before[key]))
+            # readings between slow samples are joined by straight lines
+            share = 0.02 if sensor.step < 0.001 else 0.1
+            assert found[key] == pytest.approx(seen[key], abs=share * change), key
+    point, step = np.append(still, 1.0), np.zeros(len(x) + 1)
+    step[-1] = 1e-4
+    slope = (late.residual(point + step) - late.residual(point - step)) / 2e-4
+    column = late.jacobian(point)[:, -1]
+    assert column == pytest.approx(slope, abs=1e-5 * np.abs(slope).max())

@@ -66,7 +66,9 @@ def test_the_laws_of_the_contract_are_there():
 def test_a_law_says_what_it_is(name):
     law = LAWS[name]
     assert law.name == name
-    assert law.kind in ("link", "mass", "reading", "response", "channel", "axis", "load")
+    assert law.kind in (
+        *("link", "mass", "reading", "response", "channel", "axis", "load", "drive"),
+    )
     assert law.acts != bool(law.slot), "a force, or a number of a sensor"
     assert law.slot in ("", "offset", "delay", "gain", "fault", "axis", "load")
     assert (law.slot in ("axis", "load")) == (law.kind in ("axis", "load"))
