@@ -14,6 +14,7 @@ import numpy as np
 
 from ..model.door import fault, nearest, one_of
 from .mat_check import damage_of
+from .vectors import rows_of
 
 # What scipy raises for files that are cut short, scrambled or of another kind.
 _UNREADABLE = (
@@ -47,6 +48,13 @@ class MatTable:
     sha256: str
     content: bytes = field(repr=False)
 
+    @property
+    def own_rate(self) -> None:
+        """None: a MAT file keeps its clock in a variable, if at all."""
+
+    def rate_of(self, key: str | int, place: str) -> None:
+        """None: a MAT file states no rate."""
+
     def name(self, key: str | int) -> str:
         """The name of a variable that exists; a MAT file states no units [-]."""
         return str(key)
@@ -66,19 +74,7 @@ class MatTable:
             ValueError: where there is no such variable, or it is no vector of finite numbers.
         """
         values = self._vector(key, place)
-        start, stop = rows or (0, len(values))
-        if stop > len(values):
-            mend = "correct 'samples', which counts from 0"
-            expected, found = f"at least {stop} samples", f"{len(values)}"
-            raise fault(self.path, f"variable '{key}'", expected, found, mend)
-        values = values[start:stop]
-        strange = np.flatnonzero(~np.isfinite(values))
-        if strange.size:
-            where = f"variable '{key}', row {start + int(strange[0])}"
-            found = f"{values[strange[0]]} ({strange.size} of {len(values)} numbers)"
-            mend = "mend it, or leave that row out with 'samples' in [record]"
-            raise fault(self.path, where, "a finite number", found, mend)
-        return values
+        return rows_of(values, rows, self.path, f"variable '{key}'")
 
     @functools.cached_property
     def _variables(self) -> dict[str, Any]:

@@ -10,13 +10,14 @@ import numpy as np
 from ..model.door import fault, nearest, one_of
 from .clock import RATE_AGREEMENT, Clock, clock_of
 from .sidecar import CLOCK, ChannelTable, RecordTable, TimeTable
-from .tables import Rows, Table, read_table
+from .tables import UNIVERSAL, Table, read_table
 from .units import ARBITRARY, Conversion, UnitError, conversion, header_factor
+from .vectors import Rows
 
 FEWEST_SAMPLES = 8
 """Fewest samples that make a record [-]."""
 
-_SUFFIXES = (".csv", ".txt", ".mat")
+_SUFFIXES = (".csv", ".txt", ".mat", ".tdms", *UNIVERSAL)
 
 
 @dataclass(frozen=True)
@@ -92,10 +93,11 @@ def own_source(path: Path, record: RecordTable, time: TimeTable | None, notes: N
     table = _opened(_data_path(path, record.file), record.header_rows, notes)
     rows = None if record.samples is None else (record.samples[0], record.samples[1])
     if time is None:
-        if record.sample_rate is None:
+        rate = table.own_rate if record.sample_rate is None else record.sample_rate
+        if rate is None:
             mend = "add sample_rate = ... [Hz], or [channels.time] with column and unit"
             raise fault(path, "[record] sample_rate", "a clock", "neither rate nor times", mend)
-        return Source(path, table, rows, Clock(record.sample_rate, 0.0), "", None)
+        return Source(path, table, rows, Clock(rate, 0.0), "", None)
     place = f"[channels.{CLOCK}]"
     values = table.column(time.column, rows, f"{place} column")
     converted = si_conversion(path, place, time.unit, CLOCK, None)
@@ -140,10 +142,22 @@ def channel_source(own: Source, name: str, table: ChannelTable, notes: Notes) ->
         if not data.exists():
             expected = f"the data file '{table.file}', relative to this file"
             raise fault(path, f"{place} file", expected, "none of that name", "correct the name")
-        return _with_clock(path, place, _opened(data, 0, notes), None, table.time)
-    if table.time is not None:
-        return _with_clock(path, place, own.table, own.rows, table.time)
-    return own
+        source = _with_clock(path, place, _opened(data, 0, notes), None, table.time)
+    elif table.time is not None:
+        source = _with_clock(path, place, own.table, own.rows, table.time)
+    else:
+        source = own
+    _check_rate(source, f"{place} column", table.column)
+    return source
+
+
+def _check_rate(source: Source, place: str, column: str | int) -> None:
+    """A file that keeps a rate for each channel must keep the clock's for this one."""
+    rate = source.table.rate_of(column, place)
+    if rate is not None and abs(rate / source.clock.rate - 1.0) > RATE_AGREEMENT:
+        mend = f"name the file as this channel's own, with time = 'time:{column}'"
+        expected = f"{source.clock.rate:.6g} Hz, as its clock"
+        raise fault(source.sidecar, place, expected, f"{rate:.6g} Hz in the file", mend)
 
 
 def _with_clock(path: Path, place: str, opened: Table, rows: Rows, column: str | int) -> Source:

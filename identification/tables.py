@@ -1,4 +1,4 @@
-"""Tables of laboratories: columns of numbers from text files in any dialect, or from MAT files."""
+"""Tables of laboratories: columns of numbers from text, MAT, universal or TDMS files."""
 
 from __future__ import annotations
 
@@ -13,17 +13,19 @@ import numpy as np
 
 from ..model.door import fault, nearest, one_of, read_bytes, sha256_of
 from .dialect import Layout, decoded, is_number, layout_of
+from .vectors import Rows, find_name
 
 LARGEST_FILE = 100_000_000
 """Largest data file that is read [byte]; its size is looked at before anything is read."""
 
 _STRANGERS = {
-    ".uff": "a UFF58", ".unv": "a UFF58", ".tdms": "a TDMS", ".xls": "an Excel",
-    ".xlsx": "an Excel", ".parquet": "a Parquet", ".h5": "an HDF5", ".hdf5": "an HDF5",
-    ".npy": "a NumPy", ".npz": "a NumPy", ".pkl": "a pickle", ".wav": "a WAV", ".zip": "a ZIP",
+    ".xls": "an Excel", ".xlsx": "an Excel", ".parquet": "a Parquet", ".h5": "an HDF5",
+    ".hdf5": "an HDF5", ".npy": "a NumPy", ".npz": "a NumPy", ".pkl": "a pickle",
+    ".wav": "a WAV", ".zip": "a ZIP",
 }  # fmt: skip
 
-Rows = tuple[int, int] | None
+UNIVERSAL = (".uff", ".unv", ".uf", ".bunv")
+"""How universal files are called [-]."""
 
 
 class Table(Protocol):
@@ -53,12 +55,22 @@ class Table(Protocol):
         """The full name of a column that exists; empty where it has none [-]."""
         ...
 
+    @property
+    def own_rate(self) -> float | None:
+        """Samples a second, where the file itself keeps a clock [Hz]; else None."""
+        ...
+
+    def rate_of(self, key: str | int, place: str) -> float | None:
+        """Samples a second of a column, where the file says [Hz]; else None."""
+        ...
+
 
 def read_table(path: Path, header_rows: int = 0) -> Table:
-    """Opens a data file: text in any dialect of the contract, or MAT.
+    """Opens a data file: text in any dialect of the contract, MAT, UFF58 or TDMS.
 
     Args:
-        path: the file; ``.mat`` is read as MAT, everything else as text.
+        path: the file; ``.mat`` is read as MAT, ``.uff`` and ``.unv`` as UFF58, ``.tdms`` as TDMS,
+            everything else as text.
         header_rows: lines of a text file to pass over before the header or the data.
 
     Returns:
@@ -69,44 +81,29 @@ def read_table(path: Path, header_rows: int = 0) -> Table:
     """
     suffix = path.suffix.lower()
     if suffix in _STRANGERS and path.is_file():
-        mend = "export it as CSV, or as MAT of version 7 or older"
-        raise fault(path, "", "a text file or a MAT file", f"{_STRANGERS[suffix]} file", mend)
+        mend = "export it as CSV, as MAT of version 7 or older, as UFF58 or as TDMS"
+        expected = "a text, MAT, UFF58 or TDMS file"
+        raise fault(path, "", expected, f"{_STRANGERS[suffix]} file", mend)
     mend = "cut the recording or lower its sample rate; this is no record of one test"
     content = read_bytes(path, LARGEST_FILE, mend)
     if suffix == ".mat":
         from .mat import MatTable
 
         return MatTable(path, sha256_of(content), content)
+    if suffix in UNIVERSAL:
+        from .uff import UffTable
+
+        return UffTable(path, sha256_of(content))
+    if suffix == ".tdms":
+        from .tdms import TdmsTable
+
+        return TdmsTable(path, sha256_of(content), content)
     lines = decoded(content, path).split("\n")
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
         raise fault(path, "", "a table of numbers", "an empty file", "export the record again")
     return TextTable(path, sha256_of(content), layout_of(lines, header_rows, path), tuple(lines))
-
-
-def find_name(key: str, names: Sequence[str]) -> list[int]:
-    """Columns that a name means: the exact one, or the one that differs by case, space or unit.
-
-    Args:
-        key: the name that the sidecar gives.
-        names: the file's own.
-
-    Returns:
-        Their numbers from 0; several where the name is not clear.
-    """
-
-    def plain(name: str) -> str:
-        return " ".join(name.split()).casefold()
-
-    def without_unit(name: str) -> str:
-        return plain(name.split("[")[0].split("(")[0])
-
-    for form in (str, plain, without_unit):
-        found = [i for i, name in enumerate(names) if name and form(name) == form(key)]
-        if found:
-            return found
-    return []
 
 
 @dataclass(frozen=True)
@@ -124,6 +121,13 @@ class TextTable:
     sha256: str
     layout: Layout
     lines: tuple[str, ...] = field(repr=False)
+
+    @property
+    def own_rate(self) -> None:
+        """None: text keeps its clock in a column, if at all."""
+
+    def rate_of(self, key: str | int, place: str) -> None:
+        """None: text states no rate."""
 
     def name(self, key: str | int) -> str:
         """The header of a column that exists; empty where it has none [-]."""
