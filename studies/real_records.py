@@ -217,8 +217,8 @@ def counted_softening(data: Path, folder: str, names: Sequence[str]) -> list[tup
         Relative change of frequency [-] from the smallest swings to the largest, and its standard
         error, one pair a record: the slope over the square of the amplitude.
     """
-    from ..identification.records import read_record
     from ..identification.backbone import counted_change
+    from ..identification.records import read_record
 
     channels = [read_record(path).responses[0] for path in _paths(data, folder, names)]
     return [counted_change(channel.values, channel.sample_rate) for channel in channels]
