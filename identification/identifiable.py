@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
 
 from .evidence import on_bounds
-from .fit import Fit
+from .fit import BLIND, Fit
 
 COUPLED = 0.98
 """Correlation beyond which two numbers are told only together [-]."""
 
 FLAT = 0.5
 """Relative standard error beyond which a number is not told at all [-]."""
+
+FAINT = 0.1
+"""Relative error with all other numbers known, beyond which a number that is not told is hardly
+visible in itself; below it others take its place [-]."""
+
+LINKED = 0.9
+"""Share of the largest correlation from which on another number is a partner too [-]."""
 
 
 def identifiability(fit: Fit) -> dict[str, dict[str, Any]]:
@@ -23,33 +31,108 @@ def identifiability(fit: Fit) -> dict[str, dict[str, Any]]:
         fit: with its covariance.
 
     Returns:
-        By label: ``identifiable`` (yes, one_sided, flat or coupled), ``partner`` for coupled ones
-        and ``note`` in words; correlations and relative errors are dimensionless [-].
+        By label: ``identifiable`` (yes, one_sided, flat or coupled), ``partner`` and all
+        ``partners`` for coupled ones, closest first, and ``note`` in words;
+        correlations and relative errors are dimensionless [-].
     """
-    deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
-    correlation = fit.covariance / np.outer(deviation, deviation)
-    bound = set(on_bounds(fit))
-    found: dict[str, dict[str, Any]] = {}
     entries = fit.model.entries
-    constants = [i for i, e in enumerate(entries) if e.slot in ("numbers", "strengths")]
-    for i in constants:
-        label = entries[i].label
-        others = [j for j in constants if j != i]
-        partner = max(others, key=lambda j: abs(correlation[i, j]), default=None)
-        value, std = abs(fit.value(i)), fit.std(i)
-        moved = abs(fit.value(i) - entries[i].value) > 1e-9 * abs(entries[i].scale)
-        if label in bound:
-            kind, note = "one_sided", "stands on its bound"
+    which = [i for i, e in enumerate(entries) if e.slot in ("numbers", "strengths")]
+    scale = fit.model.scale[which]
+    return words_of(
+        [entries[i].label for i in which],
+        np.array([fit.value(i) for i in which]),
+        np.array([entries[i].value for i in which]),
+        fit.covariance[np.ix_(which, which)] * np.outer(scale, scale),
+        set(on_bounds(fit)),
+        1.0 / np.maximum(np.linalg.norm(information_root(fit, which), axis=0), 1e-300),
+    )
+
+
+def information_root(fit: Fit, which: Sequence[int]) -> np.ndarray:
+    """What the records say of some of a fit's numbers when all its others are solved for.
+
+    Args:
+        fit: any fit with errors.
+        which: indices of the numbers.
+
+    Returns:
+        Root of the information, shape (rows, numbers): times a change of the numbers it is that
+        change in standard deviations [1/SI]. It shrinks as the fit's own errors grow where misfit
+        is left; directions that the records do not tell are in no row.
+    """
+    jacobian, which = fit.model.jacobian(fit.x), list(which)
+    others = [i for i in range(len(fit.x)) if i not in which]
+    basis = np.linalg.qr(jacobian[:, others])[0]
+    own = jacobian[:, which]
+    root = np.linalg.qr(own - basis @ (basis.T @ own))[1]
+    hessian = jacobian.T @ jacobian
+    hessian += BLIND * np.diag(np.diag(hessian))  # as in the fit's own errors
+    plain = np.linalg.pinv(hessian, rcond=1e-15, hermitian=True)
+    ratio = np.diag(fit.covariance)[which] / np.maximum(np.diag(plain)[which], 1e-300)
+    grow = max(float(np.median(ratio)), 1.0) if which else 1.0
+    return root / fit.model.scale[which] / np.sqrt(grow)
+
+
+def words_of(
+    labels: Sequence[str],
+    values: np.ndarray,
+    starts: np.ndarray,
+    covariance: np.ndarray,
+    bound: Collection[str],
+    alone: np.ndarray | None = None,
+) -> dict[str, dict[str, Any]]:
+    """Whether each of some fitted numbers is told, from values and covariance.
+
+    Args:
+        labels: of the numbers.
+        values: best, shape (n,) [SI].
+        starts: start values, shape (n,) [SI].
+        covariance: shape (n, n) [SI].
+        bound: labels of those that stand on a bound.
+        alone: standard errors with all others known, shape (n,) [SI]; None where not known.
+
+    Returns:
+        As `identifiability`; correlations and relative errors are dimensionless [-].
+    """
+    deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    size = np.where(deviation > 0, deviation, 1.0)
+    correlation = covariance / np.outer(size, size)
+    found: dict[str, dict[str, Any]] = {}
+    for i, label in enumerate(labels):
+        others = sorted(
+            (j for j in range(len(labels)) if j != i), key=lambda j: -abs(correlation[i, j])
+        )
+        closest = abs(float(correlation[i, others[0]])) if others else 0.0
+        least = COUPLED if closest > COUPLED else LINKED * closest
+        partners = [labels[j] for j in others if abs(correlation[i, j]) >= least]
+        value, std = abs(float(values[i])), float(deviation[i])
+        start = abs(float(starts[i]))
+        size_of = max(value, start) if label in bound else value
+        lost = std > FLAT * size_of
+        faint = alone is not None and alone[i] > FAINT * size_of
+        moved = abs(float(values[i] - starts[i])) > 1e-9 * (start or 1.0)
+        one: dict[str, Any]
+        if lost and faint:
+            error = float(alone[i]) / size_of if alone is not None else 0.0
+            much = f"of {100 * error:.0f} %" if error < 1 else "beyond itself"
+            one = _one("flat", f"is hardly visible: an error {much} even with all others known")
+        elif label in bound:
+            one = _one("one_sided", "stands on its bound")
         elif std == 0 or not np.isfinite(std):
-            kind, note = "flat", "never moved" if not moved else "has no error bar"
-        elif partner is not None and abs(correlation[i, partner]) > COUPLED and std > 0.05 * value:
-            kind = "coupled"
-            note = f"trades off with {entries[partner].label}"
-        elif std > FLAT * value:
-            kind, note = "flat", "has an error as large as itself"
+            one = _one("flat", "has no error bar" if moved else "never moved")
+        elif partners and (
+            (closest > COUPLED and std > 0.05 * value)
+            or (lost and alone is not None and closest > 0.5)
+        ):
+            one = _one("coupled", f"trades off with {' and '.join(partners[:3])}")
+            one |= {"partner": partners[0], "partners": partners}
+        elif lost:
+            one = _one("flat", "has an error as large as itself")
         else:
-            kind, note = "yes", "never moved" if not moved else ""
-        found[label] = {"identifiable": kind, "note": note}
-        if kind == "coupled" and partner is not None:
-            found[label]["partner"] = entries[partner].label
+            one = _one("yes", "" if moved else "never moved")
+        found[label] = one
     return found
+
+
+def _one(kind: str, note: str) -> dict[str, Any]:
+    return {"identifiable": kind, "note": note}

@@ -23,7 +23,8 @@ def identify_records(
     """Fit the free constants of a rig to records.
 
     Args:
-        paths: sidecars; those with ``split = "held_out"`` are left out where others remain.
+        paths: sidecars, of modal tables too; those with ``split = "held_out"`` are left out
+            where others remain.
         rig: a rig that overrides the sidecars'.
         out: folder for fit.json, rig.toml and report.html, and for posterior.nc.
         seed: of the posterior's draws; nothing else here is drawn by chance.
@@ -35,11 +36,23 @@ def identify_records(
         The contract's ``fit.json`` and whether it is to be trusted.
 
     Raises:
-        ValueError: in the words of the door.
+        ValueError: in the words of the door, or of the pre-flight where no fit can work.
     """
-    inputs = read_inputs(paths, rig)
+    from ..identification.modal_table import is_modal
+    from .modal import identify_tables
+
+    tables = [path for path in paths if is_modal(path)]
+    if tables and posterior:
+        raise ValueError(
+            f"{tables[0].name}: --posterior: expected records against time, found a modal table. "
+            "Mend: leave --posterior out; errors of modal tables are normal."
+        )
+    if tables and len(tables) == len(paths):
+        return identify_tables(tables, rig, out, seed)
+    inputs = read_inputs([path for path in paths if path not in tables], rig)
     from ..identification.constants import fit_json
     from ..identification.fit import fit_base
+    from ..identification.preflight import preflight, remarks_json, require_ready
     from ..identification.problem import make_problem
     from ..identification.views import record_views
     from ..model.door import write_beside
@@ -47,11 +60,18 @@ def identify_records(
     from .posterior import drop_checkpoint, posterior_section, sample_fit
 
     records = [r for r in inputs.records if r.split != "held_out"] or inputs.records
+    problem = make_problem(records, inputs.rig)
+    progress("looking at the records")
+    remarks = preflight(problem)
+    require_ready(remarks)
     progress("fitting")
-    fit = fit_base(make_problem(records, inputs.rig))
+    fit = fit_base(problem)
     progress("")
     drawn = sample_fit(fit, out, seed, steps, progress) if posterior else None
-    result = fit_json(fit, inputs.provenance(seed))
+    result: dict[str, Any] = fit_json(fit, inputs.provenance(seed))
+    result |= {"preflight": remarks_json(remarks)}
+    if tables:
+        return identify_tables(tables, inputs.rig.path, out, seed, fit, result)
     if drawn is not None:
         from ..identification.agreement import posterior_json
 
@@ -112,6 +132,12 @@ def show_fit(result: Mapping[str, Any]) -> None:
         interval = f"{one['low']:.5g} to {one['high']:.5g}"
         table.add_row(name, f"{one['value']:.6g}", f"{one['std']:.2g}", interval, one["unit"], told)
     console.print(table)
+    if "modes" in result:
+        from .modal import show_modes
+
+        show_modes(result["modes"])
+    for remark in result.get("preflight", []):
+        console.print(f"! {remark['text']}")
     console.print(result["sentence"])
     console.print(f"{result['status']} Noise: {result['noise']['law']}.")
     if "posterior" in result:
