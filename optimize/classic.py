@@ -11,10 +11,11 @@ from ..model.rig import Rig
 from ..model.robot import Robot
 from .profile import SwingProfile
 from .shaper import Shaper
-from .solve import HELD, ROUGHLY, SOFTER, Tell, between_scenarios, plant_of, profile_of, stated
+from .solve import HELD, ROUGHLY, SOFTER, Tell, profile_of
 from .solve_grid import SPLINES, jerk_splines, make_grid
 from .solve_newton import Found, settle
 from .solve_problem import Problem, first_guess, problem_of
+from .solve_scenarios import between_scenarios, nominal_of, plant_of, stated
 from .swing_check import rig_numbers
 from .task import Cost, Robust, SwingTask
 
@@ -105,7 +106,7 @@ def classic(
     """
     robust = replace(task.robust, impact=False) if task.robust.parameter else Robust()
     plain = replace(task, cost=Cost(1.0, 0.0, 0.0), shaft=task.shaft, robust=robust, golfer=None)
-    first = stated(plain, rig, None, (1.0,))
+    first = stated(plain, rig, None, (nominal_of(task),))
     hit = task.impact
     basis = shaped_basis(task.points - 1, first.grid.step, shaper)
     contact = hit.duration if hit.force else 0.0
@@ -124,4 +125,6 @@ def classic(
     name = "least jerk" if shaper is None else f"least jerk, {shaper.name}"
     if not found.feasible or not np.isfinite(found.cost):
         return Classic(name, problem, found, np.zeros(0), np.zeros(0))
-    return Classic(name, problem, found, *between_scenarios(problem, rig, found, (1.0,)))
+    return Classic(
+        name, problem, found, *between_scenarios(problem, rig, found, (nominal_of(task),))
+    )

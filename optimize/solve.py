@@ -10,23 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from ..model.door import fault
 from ..model.rig import Rig
 from .profile import SwingProfile
-from .solve_grid import SPLINES, Grid, make_grid
+from .solve_grid import SPLINES
 from .solve_limits import Binding, binding_limits
-from .solve_linear import LinearPlant, free_rings
-from .solve_newton import Found, closed, settle
-from .solve_problem import Plant, Problem, faster, first_guess, problem_of
-from .solve_program import RING, impact_of, reach
-from .swing_check import rig_numbers, scaled
-from .task import POSTERIOR, SHAFT_FREQUENCY, SwingTask
-
-DENSE, DENSE_PLANAR = 41, 11
-"""Factors at which the ring after the end is looked at between the scenarios, by fidelity [-]."""
-
-RING_PLANAR = 1e-4
-"""`RING` of a planar swing [-]: below it the clubhead's path bends within what a program sees."""
+from .solve_newton import Found, settle
+from .solve_problem import Plant, Problem, faster, first_guess
+from .solve_program import impact_of
+from .solve_scenarios import between, between_scenarios, plant_of, scenarios_of, stated
+from .solve_time import timed
+from .task import SwingTask
 
 SOFTER, HELD, ROUGHLY = ((1e-1, 12), (1e-2, 8), (1e-3, 8)), 0.1, 0.1
 """Weights of the ring on the way to it with the programs that each may take, what holds the first
@@ -40,6 +33,9 @@ MOST_ROUNDS = 3
 
 SLOWER = 0.98
 """Share of the fastest swing's speed that is promised to be feasible [-]."""
+
+HALVINGS, ENOUGH = 9, 5
+"""How often a feasible speed is looked for by halving, and how often at least [-]."""
 
 SOLVED = "solved"
 NOT_SETTLED = "not_settled"
@@ -56,11 +52,13 @@ class Begin:
         c: unknowns, shape (unknowns,) [limits of jerk].
         states: motion of every scenario, shape (scenarios, marks, 8) [SI]; None where unknown.
         factors: of the scenarios, ascending [-].
+        looked: rows of each limit that were looked at [-].
     """
 
     c: np.ndarray
     states: np.ndarray | None
     factors: tuple[float, ...]
+    looked: tuple[np.ndarray, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -113,7 +111,7 @@ class Swing:
     @property
     def begin(self) -> Begin:
         """Where an edited task may begin from."""
-        return Begin(self.found.c, self.found.states, self.factors)
+        return Begin(self.found.c, self.found.states, self.factors, self.found.looked)
 
     @cached_property
     def motion(self) -> np.ndarray:
@@ -164,9 +162,9 @@ def solve(
     Source: condensed least squares over splines of jerk, solved again about each solution;
     tests/optimize/test_solve.py.
     """
-    _check_known(task)
-    base = _scenarios(task) if begin is None else begin.factors
-    found, problem = _solved(task, rig, golfer, base, tell, splines, begin)
+    task = timed(task, rig, golfer, tell)
+    base = scenarios_of(task) if begin is None else begin.factors
+    found, problem = settled(task, rig, golfer, base, begin, tell, splines)
     dense, rings = np.array(base), np.zeros(len(base))
     for number in range(MOST_ROUNDS + 1):
         if not found.feasible:
@@ -179,7 +177,7 @@ def solve(
         more = tuple(sorted({*base, *fresh}))
         states = between(base, found.states, np.array(more))
         base, before = more, Begin(found.c, states, more)
-        found, problem = _solved(task, rig, golfer, base, tell, splines, before)
+        found, problem = settled(task, rig, golfer, base, before, tell, splines)
     status = SOLVED if found.settled else NOT_SETTLED
     profile = profile_of(problem, found, golfer)
     swing = Swing(
@@ -187,23 +185,6 @@ def solve(
         binding_limits(found),
     )  # fmt: skip
     return swing if found.feasible else _without(swing, rig, tell)
-
-
-def _check_known(task: SwingTask) -> None:
-    """Refuse what a task may ask for and this solver does not do."""
-    refused = {
-        "[impact] free": (task.impact.time is None, "an instant of impact", "add time = 1.6"),
-        "[swing] duration": (
-            task.duration[0] != task.duration[1], "one duration", "write duration = 2.0"
-        ),
-        "[robust] parameter": (
-            task.robust.parameter == POSTERIOR, "a parameter of the rig", "write 'shaft_frequency'"
-        ),
-    }  # fmt: skip
-    for place, (is_refused, expected, mend) in refused.items():
-        if is_refused:
-            found = "one that is free" if place != "[robust] parameter" else "'posterior'"
-            raise fault(task.path, place, expected, found, mend)
 
 
 def _worst_between(
@@ -223,15 +204,37 @@ def _without(swing: Swing, rig: Rig, tell: Tell) -> Swing:
     """What to say where limits forbid the swing: the fastest one, and what holds that up."""
     tell("infeasible: looking for the fastest swing")
     problem = faster(swing.problem)
+    best = settle(problem, plant_of(problem, rig), swing.found.c, None, tell)
+    speed = SLOWER * _speed(problem, best) if best.feasible else 0.0
+    told = replace(swing, status=INFEASIBLE, rings=np.zeros(len(swing.dense)))
+    asked = swing.task.impact.clubhead_speed
+    if best.feasible and 0.0 < speed < asked and _tried(swing, rig, speed, tell).settled:
+        return replace(told, binding=binding_limits(best), fastest=speed)
+    tell("looking for a feasible speed, lower and lower")
+    low, high, binding = 0.0, min(asked, speed or asked), swing.binding
+    for number in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        found = _tried(swing, rig, middle, tell)
+        if found.settled:
+            low = middle
+        else:
+            high, binding = middle, binding_limits(found) or binding
+        if low and number >= ENOUGH:
+            break
+    return replace(told, binding=binding, fastest=low or None)
+
+
+def _tried(swing: Swing, rig: Rig, speed: float, tell: Tell) -> Found:
+    """The same problem at another speed [m/s]; settled only where limits allow it."""
+    task = replace(swing.task, impact=replace(swing.task.impact, clubhead_speed=speed))
+    problem = replace(swing.problem, task=task)
     plant = plant_of(problem, rig)
-    best = settle(problem, plant, swing.found.c, None, tell)
-    if not best.feasible:
-        return replace(swing, status=INFEASIBLE, rings=np.zeros(len(swing.dense)))
-    speed = SLOWER * _speed(problem, best)
-    return replace(
-        swing, status=INFEASIBLE, rings=np.zeros(len(swing.dense)),
-        binding=binding_limits(best), fastest=speed,
-    )  # fmt: skip
+    found = settle(problem, plant, first_guess(problem), None, tell, hold=_held(plant))
+    return replace(found, settled=found.settled and found.feasible)
+
+
+def _held(plant: Plant) -> float:
+    return 0.0 if plant.constant else HELD
 
 
 def _speed(problem: Problem, found: Found) -> float:
@@ -247,144 +250,59 @@ def _speed(problem: Problem, found: Found) -> float:
     )
 
 
-def _scenarios(task: SwingTask) -> tuple[float, ...]:
-    """Factors of the scenarios, the robot itself among them [-]."""
-    robust = task.robust
-    if not robust.parameter or robust.parameter == POSTERIOR:
-        return (1.0,)
-    found = np.linspace(*robust.factors, robust.scenarios) if robust.scenarios > 1 else [1.0]
-    listed = sorted({*(round(float(one), 12) for one in found), 1.0})
-    return tuple(listed)
-
-
-def _parameter(task: SwingTask) -> str:
-    known = task.robust.parameter
-    return known if known and known != POSTERIOR else SHAFT_FREQUENCY
-
-
-def _solved(
+def settled(
     task: SwingTask,
     rig: Rig,
     golfer: Mapping[str, np.ndarray] | None,
     factors: tuple[float, ...],
-    tell: Tell,
-    splines: int | None,
     begin: Begin | None = None,
+    tell: Tell = lambda text: None,
+    splines: int | None = SPLINES,
 ) -> tuple[Found, Problem]:
-    """One problem with its scenarios, settled."""
+    """One problem with its scenarios, settled.
+
+    Args:
+        task: as read.
+        rig: the robot.
+        golfer: see `solve` [s, rad].
+        factors: of the scenarios, 1 among them [-].
+        begin: see `solve`.
+        tell: told what is being done.
+        splines: see `solve` [-].
+
+    Returns:
+        The solution, or the last try, and what was asked.
+    """
     problem = stated(task, rig, golfer, factors, splines)
     plant = plant_of(problem, rig)
     c = first_guess(problem) if begin is None else begin.c
     if plant.constant:
-        return settle(problem, plant, c, None, tell), problem
+        looked = () if begin is None else begin.looked
+        return settle(problem, plant, c, None, tell, looked=looked), problem
     states = None if begin is None else begin.states
     if states is not None and states.shape[1] == len(problem.grid.marks):
         return settle(problem, plant, c, states, tell, hold=0.0), problem
-    states = None
+    # a beginning from which the robot runs away is drawn towards one from which it does not
+    usual, found = first_guess(problem), None
+    for pull in (0.0, 0.5, 0.8, 0.95, 1.0) if begin is not None else (1.0,):
+        found = _softly(problem, rig, (1.0 - pull) * c + pull * usual, tell)
+        if found.settled or (found.finite and not found.feasible):
+            break
+    assert found is not None
+    return found, problem
+
+
+def _softly(problem: Problem, rig: Rig, c: np.ndarray, tell: Tell) -> Found:
+    """A planar problem, with a weight of the ring that grows on the way."""
+    plant, states = plant_of(problem, rig), None
     for ring, most in SOFTER:
         hold = HELD if states is None else 0.0
         tell(f"weight of the ring 1/{ring:g}")
         soft = settle(replace(problem, ring=ring), plant, c, states, tell, most, hold, ROUGHLY)
+        if not soft.finite:
+            return soft
         c, states = soft.c, soft.states
-    return settle(problem, plant, c, states, tell), problem
-
-
-def stated(
-    task: SwingTask,
-    rig: Rig,
-    golfer: Mapping[str, np.ndarray] | None,
-    factors: tuple[float, ...],
-    splines: int | None = SPLINES,
-) -> Problem:
-    """The problem of a task for some robots.
-
-    Args:
-        task: as read; duration and impact's time are the first that it allows.
-        rig: the robot.
-        golfer: see `solve` [s, rad].
-        factors: of the scenarios, 1 among them [-].
-        splines: see `solve` [-].
-
-    Returns:
-        The problem.
-    """
-    duration, hit = task.duration[0], task.impact
-    assert hit.time is not None
-    contact = hit.duration if hit.force else 0.0
-    grid = make_grid(duration, task.points, hit.time, contact, splines)
-    robots = [scaled(rig_numbers(rig), _parameter(task), factor) for factor in factors]
-    problem = problem_of(task, grid, robots, factors.index(1.0), followed(golfer, grid))
-    return replace(problem, ring=RING_PLANAR if rig.fidelity == "planar" else RING)
-
-
-def followed(golfer: Mapping[str, np.ndarray] | None, grid: Grid) -> np.ndarray | None:
-    """The golfer's arm and wrist angle at the marks, held beyond its ends, (marks, 2) [rad]."""
-    if golfer is None:
-        return None
-    names = ("arm_angle", "wrist_angle")
-    columns = [np.interp(grid.marks, golfer["time"], golfer[name]) for name in names]
-    return np.stack(columns, axis=1)
-
-
-def plant_of(problem: Problem, rig: Rig) -> Plant:
-    """What moves in a problem, by the rig's fidelity."""
-    if rig.fidelity != "planar":
-        return LinearPlant(problem, rig)
-    from .solve_planar import PlanarSteps
-
-    return PlanarSteps(problem, rig)
-
-
-def between_scenarios(
-    problem: Problem, rig: Rig, found: Found, base: tuple[float, ...]
-) -> tuple[np.ndarray, np.ndarray]:
-    """The ring of a solution at many factors of the task's parameter.
-
-    Args:
-        problem: what was solved.
-        rig: the robot.
-        found: its unknowns.
-        base: factors of its scenarios, ascending [-].
-
-    Returns:
-        Factors, shape (f,) [-], and the largest distance of the clubhead from rest after the end
-        there, shape (f,) [m].
-    """
-    task, motion = problem.task, problem.drive.at(found.c)
-    low, high = task.robust.factors if task.robust.parameter else (0.9, 1.1)
-    low, high = (low, high) if high > low else (0.9, 1.1)
-    planar = rig.fidelity == "planar"
-    dense = np.linspace(low, high, DENSE_PLANAR if planar else DENSE)
-    robots = tuple(scaled(rig_numbers(rig), _parameter(task), factor) for factor in dense)
-    others = replace(problem, scenarios=robots)
-    linear = LinearPlant(others, rig, laws=not planar)
-    if not planar:
-        return dense, linear.rings(motion, reach(robots[0]))
-    plant = plant_of(others, rig)
-    states = closed(others, plant, found.c, between(base, found.states, dense))
-    end = states[:, -1].copy()
-    end[:, :4] -= plant.rest(*motion[-1, :, 0])
-    return dense, free_rings(linear.known.a[:, 0], end, reach(robots[0]), problem.grid.step)
-
-
-def between(base: tuple[float, ...], states: np.ndarray, factors: np.ndarray) -> np.ndarray:
-    """Motions at other factors, on lines between those of the scenarios.
-
-    Args:
-        base: factors of the scenarios, ascending [-].
-        states: their motions, shape (scenarios, marks, 8) [SI].
-        factors: others [-].
-
-    Returns:
-        Shape (factors, marks, 8) [SI].
-    """
-    if len(base) == 1:
-        return np.repeat(states, len(factors), axis=0)
-    after = np.clip(np.searchsorted(base, factors), 1, len(base) - 1)
-    known = np.asarray(base)
-    share = (factors - known[after - 1]) / (known[after] - known[after - 1])
-    share = share[:, None, None]
-    return (1.0 - share) * states[after - 1] + share * states[after]
+    return settle(problem, plant, c, states, tell)
 
 
 def profile_of(

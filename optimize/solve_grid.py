@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import BSpline
 
+from .profile import SwingProfile
+
 SPLINES = 80
 """Cubic splines of jerk an axis [-]."""
 
@@ -209,10 +211,11 @@ def condensed(steps: Steps, drive: Motors, start: np.ndarray) -> Maps:
     """
     count, number = steps.d.shape[:2]
     n = drive.slope.shape[-1]
-    half = n // 2
-    pushed = np.empty((count, number, 8, n + 1))
-    for axis, part in ((0, slice(0, half)), (1, slice(half, n))):
-        pushed[..., part] = steps.e[:, :, :, axis] @ drive.slope[:-1, axis, :, part]
+    pushed = np.zeros((count, number, 8, n + 1))
+    for axis in (0, 1):
+        own = np.flatnonzero(drive.slope[:, axis].any(axis=(0, 1)))
+        part = slice(own[0], own[-1] + 1) if len(own) else slice(0, 0)
+        pushed[..., part] += steps.e[:, :, :, axis] @ drive.slope[:-1, axis, :, part]
     pushed[..., n] = np.einsum("skxaj,kaj->skx", steps.e, drive.level[:-1]) + steps.d
     found = np.empty((count, number + 1, 8, n + 1))
     now = np.zeros((count, 8, n + 1))
@@ -243,3 +246,12 @@ def followed(steps: Steps, motion: np.ndarray, start: np.ndarray) -> np.ndarray:
         now = (steps.a[:, k] @ now[..., None])[..., 0] + pushed[:, k]
         found[:, k + 1] = now
     return found
+
+
+def played(grid: Grid, profile: SwingProfile) -> np.ndarray:
+    """The motors' motion at the marks as a profile plays it, shape (marks, 2, 4) [SI]."""
+    course = profile.at(grid.marks)
+    jerks = profile.at(0.5 * (grid.marks[:-1] + grid.marks[1:])).jerks
+    jerks = np.concatenate([jerks, jerks[-1:]])
+    tables = (course.angles, course.velocities, course.accelerations, jerks)
+    return np.stack([table[:, :2] for table in tables], axis=-1)

@@ -21,6 +21,7 @@ from .solve_program import (
     wanted,
 )
 from .solve_quadratic import triangle_of
+from .solve_torque import torque_families
 
 OPTIONS = {
     "ipopt.print_level": 0,
@@ -75,7 +76,9 @@ def second_opinion(problem: Problem, steps: Steps, start: np.ndarray) -> Opinion
     w = casadi.MX.sym("w", n)
     c = casadi.mtimes(casadi.DM(back), w)
     families = motor_families(task, grid, drive)
-    families += shaft_families(task, problem.scenarios, grid, maps, drive)
+    families += shaft_families(task, problem.scenarios, grid, maps)
+    first = first_guess(problem)
+    families += torque_families(problem, maps, maps.at(first), first, flat=True)
     limits = np.concatenate([one.slope for one in families])
     level = np.concatenate([one.level for one in families])
     still, sides = rest_equations(task, drive)
@@ -87,7 +90,7 @@ def second_opinion(problem: Problem, steps: Steps, start: np.ndarray) -> Opinion
     cost = casadi.sumsqr(w - casadi.DM(target)) + rest
     solver = casadi.nlpsol("swing", "ipopt", {"x": w, "f": cost, "g": found}, OPTIONS)
     answer = solver(
-        x0=triangle @ first_guess(problem),
+        x0=triangle @ first,
         lbg=np.concatenate([goal, -1.0 - level]),
         ubg=np.concatenate([goal, 1.0 - level]),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +23,7 @@ from .solve_program import (
     vibration_cost,
 )
 from .solve_quadratic import Answer, Bounds, Reduced, nearest, reduce, triangle_of
+from .solve_torque import torque_families
 
 MOST_PROGRAMS = 40
 """Programs after which a swing is given up [-]."""
@@ -54,6 +55,13 @@ TRUSTED, LEAST = 0.3, 0.02
 
 HELD_BACK, STEPPED, LET_GO, MOST_HELD = 0.03, 2.0, 1e-3, 1.0
 """First weight that holds a program near the last one, its factor, what is none, and most [-]."""
+
+SAME = 0.02
+"""Change of what limits would have to be widened by that is none, as a share of it [-]."""
+
+ALIKE, PATIENT = 1e-4, 8
+"""Change of the cost that is none where limits leave hardly any room and unknowns wander [-], and
+after how many programs three such changes settle a swing [-]."""
 
 FASTER, LIGHT = 3.0, 1e-4
 """How far beyond the speed asked for the fastest swing is looked for, and how little its cost
@@ -95,6 +103,11 @@ class Found:
         """Whether all limits hold."""
         return self.answer.widened <= 1e-8
 
+    @property
+    def finite(self) -> bool:
+        """Whether motion and cost are numbers."""
+        return bool(np.isfinite(self.cost) and np.isfinite(self.states).all())
+
 
 def settle(
     problem: Problem,
@@ -105,6 +118,7 @@ def settle(
     most: int = MOST_PROGRAMS,
     hold: float = 0.0,
     still: float = STILL,
+    looked: Sequence[np.ndarray] = (),
 ) -> Found:
     """Program after program about the last motion, until nothing changes.
 
@@ -118,24 +132,27 @@ def settle(
         most: programs after which it is given up [-].
         hold: weight that keeps a program near the last one [-].
         still: change of the unknowns, as a share of their size, that counts as none [-].
+        looked: rows of each limit to be looked at from the beginning [-].
 
     Returns:
         What was found; for a plant of constant steps the states follow it exactly.
     """
-    extra, found, least = None, None, 0.0
+    extra, found, least, wide, alike = None, None, 0.0, 0.0, 0
     here = _about(problem, plant, c, _rigid(problem, c) if states is None else states)
     for number in range(1, most + 1):
-        extra = [set() for _ in here.families] if extra is None else extra
+        extra = _rows_of(here.families, looked) if extra is None else extra
         answer = _keeping(_program(problem, here, hold), here, extra)
         there, share = _reached(problem, plant, answer.c, here)
         is_worse = there.cost > WORSE * here.cost and max(there.left, here.left) < NEAR
         change = float(np.abs(answer.c - here.c).max() / max(np.abs(answer.c).max(), 1e-12))
         settled = share == 1.0 and change <= still
+        alike = alike + 1 if abs(there.cost - here.cost) <= ALIKE * there.cost else 0
+        settled = settled or (share == 1.0 and number >= PATIENT and alike >= 3)
         if still == STILL:
             settled = settled and there.left <= MET and there.error <= MET
-        looked = tuple(row_numbers(f, more) for f, more in zip(here.families, extra, strict=True))
+        rows = tuple(row_numbers(f, more) for f, more in zip(here.families, extra, strict=True))
         found = Found(
-            there.c, there.states, answer, here.families, looked, there.error, there.left,
+            there.c, there.states, answer, here.families, rows, there.error, there.left,
             there.cost, _told(there.costs, there.c)[1], number, settled,
         )  # fmt: skip
         tell(
@@ -150,10 +167,23 @@ def settle(
             hold = min(max(HELD_BACK, STEPPED * hold), MOST_HELD)
         else:
             hold = max(least, hold / STEPPED) if hold > LET_GO else 0.0
-        if found.settled or not np.isfinite(there.cost):
+        wide, before = answer.widened, wide
+        if wide > ALLOWED and abs(wide - before) <= SAME * wide and share == 1.0:
+            break  # the limits stand in the way, by as much as before
+        if found.settled or not found.finite:
             break
     assert found is not None
     return found
+
+
+def _rows_of(families: Sequence[Family], looked: Sequence[np.ndarray]) -> list[set[int]]:
+    """Rows that were looked at before, where the limits are the same ones."""
+    if len(looked) != len(families):
+        return [set() for _ in families]
+    return [
+        {int(row) for row in rows if row < len(family.times)}
+        for family, rows in zip(families, looked, strict=True)
+    ]
 
 
 def _reached(problem: Problem, plant: Plant, c: np.ndarray, here: _About) -> tuple[_About, float]:
@@ -194,6 +224,8 @@ def closed(problem: Problem, plant: Plant, c: np.ndarray, states: np.ndarray) ->
         left, states = _distance(moved, states), moved
         if left <= CLOSED:
             return states
+        if not np.isfinite(left):
+            break
     return np.full_like(states, np.nan)
 
 
@@ -237,7 +269,8 @@ def _about(
     if plant.constant:
         states, left = maps.at(c), 0.0
     families = motor_families(problem.task, problem.grid, drive)
-    families += shaft_families(problem.task, problem.scenarios, problem.grid, maps, drive)
+    families += shaft_families(problem.task, problem.scenarios, problem.grid, maps)
+    families += torque_families(problem, maps, states, c, plant.constant)
     costs = _costs(problem, maps) if known is None else known.costs
     error, total = _errors(problem, states, c)
     over = [float(np.max(np.abs(f.slope @ c + f.level))) - 1.0 for f in families]

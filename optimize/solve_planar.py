@@ -26,6 +26,9 @@ from .solve_problem import Problem
 REPEATS = 4
 """Simplified Newton steps of the stages about each linearization [-]."""
 
+WILD = 1e6
+"""Acceleration at a stage from which no other motion is begun [rad/s^2 or m/s^2]."""
+
 
 class PlanarSteps:
     """The planar robot of a problem; its steps are linear about where it is.
@@ -99,7 +102,8 @@ class PlanarSteps:
             self.acting, self.table, self.pull, data, grid.lengths, force * grid.struck,
             states[:, :-1], drive[:-1], self.bends,
         )  # fmt: skip
-        self.bends = np.asarray(bends)
+        # a motion that runs away leaves nothing behind from which the next one would begin
+        self.bends = np.where(np.abs(bends) < WILD, bends, 0.0)
         return Steps(np.asarray(a), np.asarray(e), np.asarray(d))
 
     def start(self) -> np.ndarray:

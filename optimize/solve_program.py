@@ -305,9 +305,8 @@ def shaft_families(
     scenarios: Sequence[Mapping[str, float]],
     grid: Grid,
     maps: Maps,
-    drive: Motors,
 ) -> list[Family]:
-    """Limits of the shaft's bend [m] before and after impact and of the wrist's torque [N m]."""
+    """Limits of the shaft's bend before and after impact [m]."""
     before, after = task.shaft.deflection_before, task.shaft.deflection_after
     half = np.where(np.arange(len(grid.marks)) <= grid.impact, before, after)
     kept, found = np.flatnonzero(np.isfinite(half)), []
@@ -323,29 +322,7 @@ def shaft_families(
                     level[kept] @ bent / own, 0.0, own,
                 )
             )  # fmt: skip
-        found += torque_families(task, numbers, grid, (slope, level), drive)
     return found
-
-
-def torque_families(
-    task: SwingTask,
-    numbers: Mapping[str, float],
-    grid: Grid,
-    states: tuple[np.ndarray, np.ndarray],
-    drive: Motors,
-) -> list[Family]:
-    """Limits of what the wrist's motor gives: the torque of spring and damper there [N m]."""
-    most = task.shaft.wrist_torque
-    if not np.isfinite(most):
-        return []
-    k, c = numbers["wrist_stiffness"], numbers["wrist_damping"]
-    found = []
-    for table, motor in zip(states, (drive.slope, drive.level), strict=True):
-        turned = table[:, 0] - motor[:, 0, 0] - motor[:, 1, 0]
-        turning = table[:, 4] - motor[:, 0, 1] - motor[:, 1, 1]
-        found.append((k * turned + c * turning) / most)
-    half = np.full(len(grid.marks), most)
-    return [Family("wrist", "torque", "N m", grid.marks, found[0], found[1], 0.0, half)]
 
 
 def looked_at(families: Sequence[Family], extra: Sequence[set[int]]) -> Bounds:

@@ -21,7 +21,8 @@ from ..model.robot import INCLINATION, Robot
 from ..model.swing import Signals, swings
 from .profile import Limits, SwingProfile, Use, excess
 from .solve_program import HELD, impact_of, reach, wanted
-from .task import SHAFT_FREQUENCY, Impact, ShaftLimits, SwingTask
+from .solve_torque import arm_torque, wrist_torque
+from .task import POSTERIOR, SHAFT_FREQUENCY, Impact, ShaftLimits, SwingTask
 
 SPEED, POSE = 0.01, np.radians(0.005)
 """Largest errors at impact, in the nominal robot, that pass [m/s, rad]."""
@@ -66,6 +67,7 @@ class Played:
         states: coordinates and rates, shape (robots, t, 8) [SI].
         numbers: of each robot [SI].
         doubt: what the simulation says against itself.
+        flat: whether the robot is the linear one.
     """
 
     times: np.ndarray
@@ -73,6 +75,7 @@ class Played:
     states: np.ndarray
     numbers: tuple[Mapping[str, float], ...]
     doubt: str = ""
+    flat: bool = True
 
 
 def drive_of_profile(profile: SwingProfile, ball: Impact) -> Drive:
@@ -105,6 +108,7 @@ def play(
     factors: Sequence[float] = (1.0,),
     parameter: str = SHAFT_FREQUENCY,
     after: float = AFTER,
+    robots: Sequence[Mapping[str, float]] | None = None,
 ) -> Played:
     """Simulate a profile with the model, for the robot and for others near it.
 
@@ -115,12 +119,15 @@ def play(
         factors: of the parameter, one robot each [-].
         parameter: what they scale; see `scaled`.
         after: how long after the end [s].
+        robots: numbers of the robots instead, however they came about [SI].
 
     Returns:
         What happens.
     """
     robot = Robot("driven_arm", tuple(rig_numbers(rig)))
-    robots = tuple(scaled(rig_numbers(rig), parameter, factor) for factor in factors)
+    if robots is None:
+        robots = [scaled(rig_numbers(rig), parameter, factor) for factor in factors]
+    robots = [dict(one) for one in robots]
     parts = max(1, int(np.ceil(profile.impact_time * RATE)))
     step = profile.impact_time / parts
     count = int(np.ceil((profile.time[-1] + after) / step)) + 1
@@ -128,7 +135,7 @@ def play(
     drive = drive_of_profile(profile, ball)
     if rig.fidelity == "planar" and len(robots) > 1:
         return _played_plane(profile, rig, ball, robots, after)
-    doubt, numbers = "", scaled(rig_numbers(rig), parameter, factors[0])
+    doubt, numbers = "", robots[0]
     if rig.fidelity == "planar":
         motion = respond_planar(robot, numbers, drive, times, (), rig.laws)
         doubt = "" if motion.status == "converged" else motion.sentence
@@ -140,14 +147,14 @@ def play(
     else:
         table = {name: np.array([p[name] for p in robots]) for name in robot.names}
         states = respond_batch(robot, table, drive, times, _SEEN)
-    return Played(times, parts, states, robots, doubt)
+    return Played(times, parts, states, tuple(robots), doubt, rig.fidelity != "planar")
 
 
 def _played_plane(
     profile: SwingProfile,
     rig: Rig,
     ball: Impact,
-    robots: tuple[dict[str, float], ...],
+    robots: Sequence[dict[str, float]],
     after: float,
 ) -> Played:
     """Many robots in the plane at once, on a clock on which impact and the ball's end are ticks."""
@@ -177,7 +184,7 @@ def _played_plane(
     tilt = robots[0].get(INCLINATION, 0.0)
     found = swings("driven_arm", table, [Signals(times, values, begin)], tilt, laws=laws or None)
     states = np.stack([np.hstack([one.positions, one.velocities]) for one in found])
-    return Played(times, before, states, robots)
+    return Played(times, before, states, tuple(robots), flat=False)
 
 
 def rig_numbers(rig: Rig) -> dict[str, float]:
@@ -190,6 +197,24 @@ def scaled(numbers: Mapping[str, float], parameter: str, factor: float) -> dict[
     if parameter == SHAFT_FREQUENCY:
         return {**numbers, "shaft_stiffness": numbers["shaft_stiffness"] * factor**2}
     return {**numbers, parameter: numbers[parameter] * factor}
+
+
+def robots_at(
+    task: SwingTask, rig: Rig, factors: Sequence[float] | np.ndarray
+) -> tuple[dict[str, float], ...]:
+    """Numbers of the robots at some factors of a task's parameter [SI].
+
+    Args:
+        task: tells the parameter, and for ``posterior`` the draws.
+        rig: the robot.
+        factors: shares of the parameter; of draws their numbers, 0 for the robot itself [-].
+    """
+    numbers, robust = rig_numbers(rig), task.robust
+    if robust.parameter == POSTERIOR:
+        drawn = ({}, *robust.draws)
+        return tuple({**numbers, **drawn[round(float(one))]} for one in factors)
+    parameter = robust.parameter or SHAFT_FREQUENCY
+    return tuple(scaled(numbers, parameter, float(one)) for one in factors)
 
 
 @dataclass(frozen=True)
@@ -275,6 +300,18 @@ class Verdict:
         ]
 
     @cached_property
+    def torques(self) -> tuple[Use, ...]:
+        """Largest torque of the arm's and the wrist's motor in the nominal robot [N m]."""
+        shaft, found = self.task.shaft, []
+        most = {"arm": shaft.arm_torque, "wrist": shaft.wrist_torque}
+        for axis, (times, values) in motor_torques(self).items():
+            at = int(np.nanargmax(np.abs(values)))
+            value, bound = float(values[at]), most[axis]
+            when = float(times[at])
+            found.append(Use(axis, "torque", abs(value) / bound, when, value, bound, "N m"))
+        return tuple(found)
+
+    @cached_property
     def failures(self) -> tuple[str, ...]:
         """Everything that does not pass, in words."""
         return tuple(_failures(self))
@@ -285,6 +322,25 @@ class Verdict:
         return not self.failures
 
 
+def motor_torques(verdict: Verdict) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Times [s] and torques [N m] of arm and wrist motor in the nominal robot, from the file."""
+    played, ball = verdict.nominal, verdict.task.impact
+    numbers, times = played.numbers[0], played.times
+    course, x = verdict.profile.at(times), played.states[0].T
+    angles, rates = course.angles[:, :2].T, course.velocities[:, :2].T
+    whole = [(part[:, :-1], part[:, 1:]) for part in (x, angles, rates)]
+    hit = verdict.profile.impact_time
+    shared = np.clip(times[1:], hit, hit + ball.duration)
+    shared = shared - np.clip(times[:-1], hit, hit + ball.duration)
+    step = np.diff(times)
+    before, after = ([part[side] for part in whole] for side in (0, 1))
+    arm = arm_torque(numbers, before, after, step, ball.force * shared / step, played.flat)
+    return {
+        "arm": (0.5 * (times[1:] + times[:-1]), arm),
+        "wrist": (times, wrist_torque(numbers, x, angles, rates)),
+    }
+
+
 def _failures(verdict: Verdict) -> list[str]:
     found = [verdict.nominal.doubt] if _matters(verdict) else []
     for name, error in verdict.errors.items():
@@ -292,7 +348,7 @@ def _failures(verdict: Verdict) -> list[str]:
         if not abs(error) <= most:
             shown, limit = (error, most) if name == "speed" else np.degrees([error, most])
             found.append(f"{name} at impact is off by {shown:.3g} {unit}, more than {limit:.3g}")
-    for use in verdict.uses:
+    for use in (*verdict.uses, *verdict.torques):
         if not use.ratio <= 1.0 + EXCESS:
             found.append(
                 f"{use.axis} {use.quantity} is {use.ratio:.4g} times its limit at {use.time:.4g} s"
@@ -330,15 +386,19 @@ def examine(
     Returns:
         The verdict.
     """
-    low, high = task.robust.factors if task.robust.parameter else (0.9, 1.1)
-    if low == high:
-        low, high = 0.9, 1.1
-    given = np.linspace(low, high, FACTORS) if factors is None else np.asarray(factors, float)
-    known = task.robust.parameter in ("", "posterior")
-    parameter = SHAFT_FREQUENCY if known else task.robust.parameter
+    given = _usual(task) if factors is None else np.asarray(factors, float)
     nominal = play(profile, rig, task.impact)
-    spread = play(profile, rig, task.impact, given.tolist(), parameter)
+    robots = robots_at(task, rig, given)
+    spread = play(profile, rig, task.impact, given.tolist(), robots=robots)
     return Verdict(task, profile, nominal, spread, given, _uses(profile, task.limits))
+
+
+def _usual(task: SwingTask) -> np.ndarray:
+    """Where the residual is looked at [-]: all draws, or factors between the lowest and highest."""
+    if task.robust.parameter == POSTERIOR:
+        return np.arange(1.0, len(task.robust.draws) + 1)
+    low, high = task.robust.factors if task.robust.parameter else (0.9, 1.1)
+    return np.linspace(*((low, high) if high > low else (0.9, 1.1)), FACTORS)
 
 
 def _uses(profile: SwingProfile, limits: Limits) -> tuple[Use, ...]:

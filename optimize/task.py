@@ -97,6 +97,8 @@ class Robust:
         scenarios: how many between them, both ends included [-].
         impact: whether pose and speed hold in every scenario.
         file: samples, for ``posterior``.
+        draws: of these, what each says of the robot's numbers [SI]; ordered, so that neighbors are
+            alike. They are filled in by whoever reads the file.
     """
 
     parameter: str = ""
@@ -104,6 +106,7 @@ class Robust:
     scenarios: int = 1
     impact: bool = False
     file: Path | None = None
+    draws: tuple[Mapping[str, float], ...] = ()
 
 
 @dataclass(frozen=True)

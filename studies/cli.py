@@ -248,6 +248,9 @@ def profile(
 @command
 def swing(
     task: Annotated[Path, typer.Argument(metavar="TASK", help="What to swing, a TOML file.")],
+    prices: Annotated[
+        bool, typer.Option("--prices", help="Add what less vibration costs: 25 other swings.")
+    ] = False,
     out: Out = None,
     seed: Seed = 0,
     as_json: Json = False,
@@ -259,7 +262,7 @@ def swing(
 
     session = Session(out, seed, as_json, quiet)
     progress = progress_of(session.talks)
-    result, trusted = swing_task(task, out, seed, progress)
+    result, trusted = swing_task(task, out, seed, progress, prices)
     progress("")
     finish(replace(session, out=None), result, "swing.json", show_swing, trusted)
 

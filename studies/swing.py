@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .engine import start_engine, write_together
+from .swing_draws import with_draws
 
 if TYPE_CHECKING:
     from ..model.rig import Rig
@@ -19,7 +20,11 @@ Tell = Callable[[str], None]
 
 
 def swing_task(
-    path: Path, out: Path | None = None, seed: int = 0, tell: Tell = lambda text: None
+    path: Path,
+    out: Path | None = None,
+    seed: int = 0,
+    tell: Tell = lambda text: None,
+    prices: bool = False,
 ) -> tuple[dict[str, Any], bool]:
     """Finds the swing of a task, writes its files, and checks the file that the robot reads.
 
@@ -29,6 +34,7 @@ def swing_task(
             nothing is kept where None. A swing that breaks a limit gets no profile.
         seed: kept in the provenance; nothing here is drawn by chance.
         tell: told what is being done.
+        prices: whether to add a price list: swings for other weights and times to stop.
 
     Returns:
         What ``swing.json`` holds, and whether the swing can be trusted.
@@ -37,13 +43,15 @@ def swing_task(
         ValueError: for the first fault of the task, the rig or the golfer's file.
     """
     from ..model.rig import read_rig
+    from ..optimize.solve_torque import check_torque
     from ..optimize.task import read_task
 
     began = time.perf_counter()
     task = read_task(path)
     rig = read_rig(task.rig)
     _check_rig(rig)
-    golfer = _golfer_of(task)
+    check_torque(task.shaft, rig)
+    golfer, task = _golfer_of(task), with_draws(task, rig)
     start_engine()
     from ..optimize.solve import solve
 
@@ -53,9 +61,25 @@ def swing_task(
     verdict, texts = _played_back(swing, rig)
     result = swing_result(swing, verdict, rig)
     result["provenance"] = _provenance(task, rig, seed, began, seconds)
+    if prices and swing.status == "solved":
+        result["prices"] = _prices(swing.task, rig, golfer, tell)
     classics = [] if out is None or verdict is None else _classics(swing.task, rig, tell)
     _write(result, (verdict, classics), texts, out)
     return result, swing.status == "solved" and verdict is not None and verdict.passed
+
+
+def _prices(task: SwingTask, rig: Rig, golfer: Any, tell: Tell) -> list[dict[str, Any]]:
+    """The price list as tables that JSON can hold."""
+    from dataclasses import asdict
+    from math import isfinite
+
+    from ..optimize.front import front
+
+    listed = []
+    for one in front(task, rig, golfer, tell=tell):
+        row = asdict(one)
+        listed.append(row | {"ring": one.ring if isfinite(one.ring) else None})
+    return listed
 
 
 def _check_rig(rig: Rig) -> None:
@@ -120,6 +144,8 @@ def swing_result(swing: Swing, verdict: Verdict | None, rig: Rig) -> dict[str, A
             "rms_jerk": float(np.sqrt(np.mean(motion[:, axis, 3] ** 2))),
             "peak_acceleration": float(np.abs(motion[:, axis, 2]).max()),
         }
+    for use in () if verdict is None else verdict.torques:
+        price[use.axis]["peak_torque"] = abs(use.value)
     price["cost"] = {"total": found.cost, **found.parts}
     result = {
         "status": swing.status if verdict is None or verdict.passed else "check_failed",
@@ -175,7 +201,8 @@ def _limits(swing: Swing, verdict: Verdict | None) -> dict[str, Any]:
 
     from ..optimize.profile import excess
 
-    uses = excess(swing.profile, swing.task.limits) if verdict is None else verdict.uses
+    uses = excess(swing.profile, swing.task.limits)
+    uses = uses if verdict is None else (*verdict.uses, *verdict.torques)
     listed = [
         {
             "axis": use.axis, "quantity": use.quantity, "ratio": use.ratio, "time": use.time,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from ..model import planar
 from . import figures
@@ -24,7 +25,7 @@ _COLORS = ("#d55e00", "#009e73", "#cc79a7", "#e69f00")
 
 def _panels(rows: int, columns: int, height: float) -> tuple[Figure, Any]:
     figure = Figure(figsize=(11.6, height), layout="constrained", facecolor="none")
-    return figure, figure.subplots(rows, columns, sharex=True, squeeze=False)
+    return figure, figure.subplots(rows, columns, sharex=rows > 1, squeeze=False)
 
 
 def motor_figure(verdict: Verdict) -> Figure:
@@ -114,6 +115,35 @@ def residual_figure(verdict: Verdict, classics: Sequence[Classic]) -> Figure:
             ylabel="clubhead from rest,\nlargest after the end [mm]",
         )
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
+
+
+def price_figure(prices: Sequence[Mapping[str, Any]]) -> Figure:
+    """Ring after the end against rms jerk of arm and wrist, one line a duration.
+
+    Args:
+        prices: as ``swing.json`` holds them.
+
+    Returns:
+        Two panels, logarithmic.
+    """
+    kept = [one for one in prices if one["ring"] is not None]
+    with mpl.rc_context(figures._STYLE):
+        figure, panels = _panels(1, 2, 4.0)
+        for column, name in enumerate(("arm", "wrist")):
+            axes = panels[0, column]
+            for color, duration in zip(
+                (AFTER, *_COLORS), sorted({one["duration"] for one in kept}), strict=False
+            ):
+                own = sorted(
+                    (one["rms_jerk"][column], 1e3 * one["ring"])
+                    for one in kept
+                    if one["duration"] == duration
+                )
+                axes.loglog(*zip(*own, strict=True), "o-", color=color, label=f"{duration:.3g} s")
+            axes.xaxis.set_minor_formatter(NullFormatter())
+            axes.set(xlabel=f"{name}: rms jerk [rad/s³]", ylabel="worst ring after the end [mm]")
+        panels[0, 1].legend(title="duration", loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
 
 

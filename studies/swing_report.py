@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from .report import write_page
 from .sections import _drawn, _section
-from .swing_figures import club_figure, limit_rows, motor_figure, residual_figure
+from .swing_figures import (
+    club_figure,
+    limit_rows,
+    motor_figure,
+    price_figure,
+    residual_figure,
+)
 from .swing_film import SLOWER, film
 
 if TYPE_CHECKING:
@@ -51,7 +57,7 @@ def _sections(
     if verdict is not None:
         found += [_film(verdict), _impact(result), _motors(result, verdict), _club(verdict)]
         found += [_residual(result, verdict, classics)]
-    found += [_binding(result), _price(result)]
+    found += [_binding(result), _price(result), _prices(result)]
     return found
 
 
@@ -162,11 +168,36 @@ def _price(result: Mapping[str, Any]) -> dict[str, Any]:
             name,
             f"{price[name]['rms_jerk']:.4g} rad/s³",
             f"{price[name]['peak_acceleration']:.4g} rad/s²",
+            f"{price[name]['peak_torque']:.4g} N m" if "peak_torque" in price[name] else "",
         ]
         for name in ("arm", "wrist")
     ]
     cost = ", ".join(f"{name} {value:.3g}" for name, value in price["cost"].items())
     words = f"Cost: {cost}."
-    return _section(
-        "What it costs", words, head=["axis", "rms jerk", "peak acceleration"], rows=rows
+    head = ["axis", "rms jerk", "peak acceleration", "peak torque"]
+    return _section("What it costs", words, head=head, rows=rows)
+
+
+def _prices(result: Mapping[str, Any]) -> dict[str, Any] | None:
+    """What less vibration costs, in a figure and a table of the swings that no other beats."""
+    listed = result.get("prices")
+    if not listed:
+        return None
+    rows = [
+        [
+            f"{one['duration']:.3g} s", f"{1e3 * one['ring']:.3g} mm",
+            f"{one['vibration']:.3g} m/s", " / ".join(f"{x:.4g}" for x in one["rms_jerk"]),
+            " / ".join(f"{x:.4g}" for x in one["peak_acceleration"]),
+            " / ".join(f"{x:.3g}" for x in one["peak_torque"]),
+        ]
+        for one in listed
+        if one["efficient"]
+    ]  # fmt: skip
+    words = (
+        f"{len(listed)} swings with the same impact, for other weights of vibration and other "
+        "times to stop; the table holds those that no other beats. Arm / wrist in every column."
     )
+    caption = "Each line is one duration; leftmost is smoothest, lowest is quietest."
+    head = ["duration", "worst ring", "vibration", "rms jerk", "peak acceleration", "peak torque"]
+    figure = _drawn(price_figure(listed), "Price list", caption)
+    return _section("What less vibration costs", words, drawn=[figure], head=head, rows=rows)

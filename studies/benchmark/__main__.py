@@ -33,6 +33,7 @@ def main() -> None:
     _show(with_law())
     _maps()
     _planar()
+    _optimal()
     print("* what the ratios are against")
     _first()
     seconds = help_seconds()
@@ -57,6 +58,15 @@ def _planar() -> None:
             f"A planar swing of 1.2 s with its arm driven, {words}, {BATCH} at once; processor time"
         )
         _goals(planar_rows(friction), GOALS)
+
+
+def _optimal() -> None:
+    from .optimal import GOALS, POINTS, SPEED, optimal_seconds
+
+    print(f"The optimal swing, {SPEED:g} m/s, {POINTS} points, 3 scenarios and the worst between")
+    for name, spent in optimal_seconds().items():
+        goal = GOALS[name]
+        print(f"  {name:<42}{spent:>18.2f} s (goal {goal:g} s: {_met(spent <= goal)})")
 
 
 def _goals(rows: list[Row], goals: Mapping[str, float]) -> None:

@@ -9,11 +9,12 @@ from supple.model.rig import read_rig
 from supple.optimize.classic import classic, shaped_basis, slow_mode
 from supple.optimize.profile import SwingProfile, excess, read_pod, write
 from supple.optimize.shaper import zvd
-from supple.optimize.solve import INFEASIBLE, SOLVED, plant_of, solve, stated
+from supple.optimize.solve import INFEASIBLE, SOLVED, solve
 from supple.optimize.solve_grid import condensed, followed, jerk_splines, make_grid
 from supple.optimize.solve_ipopt import second_opinion
 from supple.optimize.solve_newton import settle
 from supple.optimize.solve_problem import first_guess
+from supple.optimize.solve_scenarios import plant_of, stated
 from supple.optimize.swing_check import examine
 from supple.optimize.task import read_task
 from tests.optimize.swing_tasks import write_task
@@ -114,7 +115,7 @@ def test_pose_and_speed_can_hold_in_every_scenario(tmp_path):
 
 @pytest.mark.parametrize(("changed", "words"), [({"speed": 80.0}, "shaft deflection limit")])
 def test_what_cannot_be_is_named_with_a_speed_that_can(tmp_path, changed, words):
-    task, rig = task_of(tmp_path, points=201, **changed)
+    task, rig = task_of(tmp_path, points=121, **changed)
     swing = solve(task, rig)
     assert swing.status == INFEASIBLE and swing.fastest is not None
     assert words in swing.sentence and " s." in swing.sentence

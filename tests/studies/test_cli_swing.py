@@ -2,7 +2,8 @@
 
 import json
 
-import pytest
+import h5netcdf
+import numpy as np
 
 from supple.optimize.profile import read_pod
 from supple.studies.cli import main
@@ -35,16 +36,44 @@ def test_what_limits_forbid_ends_in_3_and_leaves_no_profile(tmp_path):
     assert not (out / "profile.pod").exists()
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("time = 1.6", "free = true", "[impact] free"),
-        ("duration = 2.0", "duration = { min = 1.8, max = 2.2 }", "[swing] duration"),
-    ],
-)
-def test_what_is_not_done_is_refused_in_one_line(tmp_path, capsys, old, new, words):
+def test_a_price_list_is_added_where_it_is_asked_for(tmp_path):
+    out = tmp_path / "out"
     path = write_task(tmp_path, points=201)
-    path.write_text(path.read_text().replace(old, new, 1))
+    assert main(["swing", str(path), "--prices", "--out", str(out), "--quiet"]) == 0
+    prices = json.loads((out / "swing.json").read_text())["prices"]
+    assert len(prices) == 25 and sum(one["feasible"] for one in prices) >= 20
+    assert any(one["efficient"] for one in prices)
+    assert "What less vibration costs" in (out / "report.html").read_text()
+
+
+def test_a_posterior_tells_for_which_robots_the_swing_must_do(tmp_path):
+    random = np.random.default_rng(3)
+    values = {
+        "wrist_stiffness": 300.0 * (1.0 + 0.02 * random.standard_normal((4, 50))),
+        "shaft_stiffness": 139.0 * (1.0 + 0.05 * random.standard_normal((4, 50))),
+    }
+    with h5netcdf.File(tmp_path / "posterior.nc", "w") as file:
+        group = file.create_group("posterior")
+        group.dimensions = {"chain": 4, "draw": 50}
+        for name, table in values.items():
+            group.create_variable(name, ("chain", "draw"), data=table)
+    path = write_task(tmp_path, points=201, scenarios=3)
+    old = 'parameter = "shaft_frequency"'
+    path.write_text(path.read_text().replace(old, 'parameter = "posterior"\nfile = "posterior.nc"'))
+    out = tmp_path / "out"
+    assert main(["swing", str(path), "--out", str(out), "--quiet"]) == 0
+    told = json.loads((out / "swing.json").read_text())
+    assert told["residual"]["parameter"] == "posterior"
+    assert len(told["residual"]["amplitude"]) == 41 and told["residual"]["worst"] < 0.003
+    assert len(told["solver"]["scenarios"]) >= 4
+    assert str(tmp_path / "posterior.nc") in told["provenance"]["inputs"]
+
+
+def test_a_posterior_of_something_else_is_refused(tmp_path, capsys):
+    (tmp_path / "posterior.nc").write_text("no netCDF")
+    path = write_task(tmp_path, points=201)
+    old = 'parameter = "shaft_frequency"'
+    path.write_text(path.read_text().replace(old, 'parameter = "posterior"\nfile = "posterior.nc"'))
     assert main(["swing", str(path)]) == 2
     line = capsys.readouterr().err
-    assert words in line and "Mend:" in line and line.count("\n") == 1
+    assert "posterior.nc" in line and "Mend:" in line and line.count("\n") == 1
