@@ -6,7 +6,7 @@ Hundreds of them cost nothing: with Gaussian priors they only change how residua
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -92,16 +92,6 @@ def marginal_of(allowance: Allowance, whitened: np.ndarray) -> Marginal:
     keep = squares > max(LEAST_SIZE**2, 1e-13 * float(squares[-1]))
     sizes, turn = np.sqrt(squares[keep]), turn[:, keep]
     return Marginal(scaled @ turn / sizes, sizes, turn)
-
-
-def without(allowance: Allowance, kind: str) -> Allowance | None:
-    """The allowance without one kind of numbers; None where nothing is left."""
-    keep = np.array([own != kind for own in allowance.kinds])
-    if not keep.any():
-        return None
-    columns = tuple(block[:, keep] for block in allowance.columns)
-    kinds = tuple(own for own in allowance.kinds if own != kind)
-    return replace(allowance, kinds=kinds, columns=columns, priors=allowance.priors[keep])
 
 
 MANY = 2.0

@@ -375,6 +375,11 @@ def allowances_of(model: Model, fit: Fit) -> dict[str, Allowance]:
     return {name: some for name, some in found.items() if some is not None}
 
 
+PATIENCE = 200
+"""Evaluations that a last fit may take [-]: where two constants trade off along a bent valley, as
+a stiff sleeve and a soft shaft do, each step is short."""
+
+
 def settle(fit: Fit) -> Fit:
     """Learn the noise law, weigh by it, fit again, and attach errors and scales."""
     for _ in range(3):
@@ -388,6 +393,8 @@ def settle(fit: Fit) -> Fit:
         fit = solve(model, fit.x, 40)
         if same:
             break
+    if not fit.converged:
+        fit = solve(fit.model, fit.x, PATIENCE)
     problem = with_scales(fit.model, fit.x)
     fit = replace(fit, model=replace(fit.model, problem=problem))
     return with_errors(fit)

@@ -16,8 +16,8 @@ from .problem import Model, sample
 
 LEVER = 0.015
 """Standard deviation of the distance from where a lumped head feels its forces to the sensor on a
-real one [m]: its centre of gravity is off the shaft's end, and the shaft has mass. Learned from
-clean sets of the independent bench, whose heads are off by 0.012 to 0.022 m."""
+real one [m]: its centre of gravity is off the shaft's end, and the shaft has mass. Set by hand to
+what the independent bench draws, heads that are off by 0.012 to 0.022 m; not learned from data."""
 
 TURNS = ("angle", "angular_velocity", "angular_acceleration")
 

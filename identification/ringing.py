@@ -36,13 +36,11 @@ class Ringing:
         frequency: damped [Hz].
         ratio: of critical damping [-].
         gain: drop of the cost with a free amplitude and phase in each channel [-].
-        power: its rms in noise units over its first tenth of a second, in the loudest channel [-].
     """
 
     frequency: float
     ratio: float
     gain: float
-    power: float
 
 
 def find_ringing(model: Model, residuals: Mapping[Key, np.ndarray]) -> Ringing | None:
@@ -77,18 +75,17 @@ def find_ringing(model: Model, residuals: Mapping[Key, np.ndarray]) -> Ringing |
 
     def cost(free: np.ndarray) -> float:
         f, r = frequency + free[0], ratio * float(np.exp(free[1]))
-        outside = max(0.0, BAND[0] * first - f, f - BAND[1] * first)
-        outside += 100 * max(0.0, RATIOS[0] - r, r - 2 * RATIOS[-1])
-        return outside**2 - sum(h.gain(f, max(r, 1e-3)) for h in heard)
+        inside = BAND[0] * first <= f <= BAND[1] * first and RATIOS[0] <= r <= RATIOS[-1]
+        return -sum(h.gain(f, r) for h in heard) if inside else np.inf
 
     run = minimize(cost, np.zeros(2), method="Nelder-Mead", options={"maxiter": 60})
     frequency, ratio = frequency + run.x[0], ratio * float(np.exp(run.x[1]))
     gain = -float(run.fun)
     count = sum(len(h.white) for h in heard)
-    if gain - (2 * len(heard) + 2) * np.log(count) < EVIDENCE:
+    faded = ratio > 0.9 * RATIOS[-1]  # no tone, but a start that is not fitted yet
+    if faded or gain - (2 * len(heard) + 2) * np.log(count) < EVIDENCE:
         return None
-    power = max(h.power(frequency, ratio) for h in heard)
-    return Ringing(float(frequency), float(ratio), gain, power)
+    return Ringing(float(frequency), float(ratio), gain)
 
 
 def ringing_allowances(model: Model, ringing: Ringing) -> dict[str, Allowance]:
@@ -153,8 +150,3 @@ class _Heard:
     def gain(self, frequency: float, ratio: float) -> float:
         best, tones = self._fit(frequency, ratio)
         return float(self.white @ (tones @ best))
-
-    def power(self, frequency: float, ratio: float) -> float:
-        best, tones = self._fit(frequency, ratio)
-        opening = (tones @ best)[self.times <= self.times[0] + 0.1]
-        return float(np.sqrt(np.mean(opening**2)))

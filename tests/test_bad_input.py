@@ -258,7 +258,7 @@ CASES: dict[str, Case] = {
     "unknown role": sidecar('"response"', '"output"', "'response', 'input'", "'output'"),
     "unknown quantity": sidecar('"position"', '"postion"', "write 'position'"),
     "unknown test": sidecar('"decay"', '"dekay"', "write 'decay'"),
-    "a table of modes": sidecar('"decay"', '"modal"', "samples in time"),
+    "a table of modes with channels": sidecar('"decay"', '"modal"', "unknown key 'channels'"),
     "rate as text": sidecar("[channels.time]", 'sample_rate = "100"\n[channels.time]', "'100'"),
     "rate below zero": sidecar("[channels.time]", "sample_rate = -1.0\n[channels.time]", "than 0"),
     "rate unlike the times": sidecar(

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
+from scipy.interpolate import BSpline
 
-from supple.identification.allowance import Allowance, joined, marginal_of, used, without
+from supple.identification.allowance import Allowance, joined, marginal_of, used
 from supple.identification.drive_error import drive_allowances, told_noise
 from supple.identification.faults import told_motion
 from supple.identification.fit import solve
@@ -46,9 +47,7 @@ def test_allowances_of_one_record_are_joined_and_told_apart():
     assert both is not None and both.kinds == ("drive", "lever", "lever")
     assert [block.shape for block in both.columns] == [(3, 3), (2, 3)]
     assert list(both.priors) == [1.0, 2.0, 3.0]
-    rest = without(both, "lever")
-    assert rest is not None and rest.kinds == ("drive",)
-    assert without(one, "drive") is None and joined([]) is None
+    assert joined([]) is None
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +70,6 @@ def test_a_knot_of_a_drive_moves_the_sensors_as_a_moved_input_does(driven):
     part = drive_allowances(model, x)[prepared.name][0]
     knot = len(part.kinds) // 2
     stride = round(0.004 / prepared.step)
-    from scipy.interpolate import BSpline
 
     bump = BSpline.basis_element(np.arange(5.0))(np.arange(1, 4 * stride) / stride)
     size = 1e-3
@@ -175,6 +173,19 @@ def test_a_tone_that_rings_on_is_heard_and_summed_out(driven):
     stacked = np.concatenate(white)
     left = marginal_of(part, np.concatenate(columns)).apply(stacked)
     assert np.sum(left**2) < np.sum(stacked**2) - 0.9 * heard.gain
+
+
+def test_a_start_that_is_not_fitted_yet_is_no_ringing(driven):
+    model, _ = driven
+    free = replace(model.problem.records[-1], free=True)
+    model = replace(model, problem=replace(model.problem, records=(free,)))
+    gaps = {}
+    for sensor in free.sensors:
+        since = sensor.times - sensor.times[0]
+        faded = np.exp(-0.7 * 2 * np.pi * 55 * since) * np.cos(2 * np.pi * 55 * since + 0.4)
+        key = free.name, sensor.channel.name
+        gaps[key] = 10 * model.noises[key].marginal_std * faded
+    assert find_ringing(model, gaps) is None
 
 
 def test_a_model_with_an_allowance_has_the_slope_of_its_residual(driven):

@@ -181,7 +181,10 @@ def one_step(x: Any) -> Any:
         imbalance, jnp.array([0.3, -0.2]) * x[0], jnp.array([1.0, 2.0]), guess, 0.02, inverse,
         jnp.ones(2),
     )  # fmt: skip
-    return flat(found[:3], inverse, radau.at_stages(x[:2], x[1:], guess, 0.02))
+    free = radau.inverted(
+        jnp.stack([jnp.stack([x[0], x[1]]), jnp.stack([-x[1], x[2]])])[:, :, None]
+    )
+    return flat(found[:3], inverse, free, radau.at_stages(x[:2], x[1:], guess, 0.02))
 
 
 CURVE = np.cumsum(RNG.normal(size=40))
