@@ -1,0 +1,35 @@
+"""What importing the package sets up."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ALONE = """
+import os
+{before}
+import supple
+import numpy, scipy.linalg
+matrix = numpy.random.default_rng(0).normal(size=(400, 400))
+scipy.linalg.cholesky(matrix @ matrix.T)
+threads = open("/proc/self/status").read().split("Threads:")[1].split()[0]
+import jax
+print(int(threads) == 1, jax.numpy.zeros(1).dtype)
+"""
+FREE = "[os.environ.pop(name, None) for name in ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS')]"
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").is_file(), reason="no list of threads here")
+@pytest.mark.parametrize(
+    ("before", "told"),
+    [
+        (FREE, "True float64"),
+        (f"{FREE}; os.environ['OPENBLAS_NUM_THREADS'] = '2'", "False float64"),
+        (f"{FREE}; os.environ['OMP_NUM_THREADS'] = '2'", "False float64"),
+    ],
+)
+def test_small_matrices_have_one_thread_unless_the_user_says_otherwise(before, told):
+    code = [sys.executable, "-c", ALONE.format(before=before)]
+    run = subprocess.run(code, capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == told
