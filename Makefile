@@ -5,7 +5,8 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 INSTALLED := $(VENV)/.installed
 LINK := build/path/supple
-# Tests run side by side in this many processes; JOBS=0 runs them in one.
+# Tests run side by side in this many processes, a file in one of them, since tests of a file share
+# what is costly; JOBS=0 runs them in one.
 JOBS ?= 2
 
 .PHONY: demo test check test-slow bench clean install
@@ -16,14 +17,16 @@ demo: $(INSTALLED)
 	@echo "Open demo-report/report.html in a browser."
 
 test: check
-	$(BIN)/python -m pytest -q -n $(JOBS) -m "not slow"
+	$(BIN)/python -m pytest -q -n $(JOBS) --dist loadfile -m "not slow"
 
 check: $(INSTALLED) $(LINK)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(BIN)/pyright --warnings
 
+# Also what is too large for everybody: PyTorch, for the searches by a Gaussian process.
 test-slow: $(INSTALLED) $(LINK)
+	@PYTHONWARNINGS=ignore $(PIP) --no-build-isolation -e '.[dev,gp]'
 	$(BIN)/python -m pytest -q -m slow
 
 bench: $(INSTALLED)

@@ -20,7 +20,7 @@ from ..model.respond import law_geometry, simulate
 
 STIFFNESS, DAMPING = "wrist_stiffness", "wrist_damping"
 
-STEPS = 2
+STEPS = 8
 """Steps of the integrator a sample where laws act [-]; half as many give the error."""
 
 

@@ -8,7 +8,7 @@ import pytest
 from supple.identification.fit import fit_base
 from supple.identification.problem import Model, base_entries, make_problem, rough_noise
 from supple.identification.records import read_record
-from supple.identification.starts import MOST, has_basins, other_starts
+from supple.identification.starts import MOST, has_basins, other_starts, told_start
 from supple.model.rig import read_rig
 from tests.lab.draw import draw_case
 
@@ -58,3 +58,16 @@ def test_starts_lie_inside_their_bounds_and_differ(twin):
 
 def test_one_spring_has_one_basin(clean_fit):
     assert not has_basins(clean_fit.model)
+
+
+def test_constants_go_back_to_what_the_rig_says_and_records_keep_their_own(twin):
+    problem, _ = twin
+    model = Model(problem, base_entries(problem), (), rough_noise(problem))
+    far = np.array([2.0 + k for k in range(len(model.entries))])
+    start = told_start(model, far)
+    shared = [e.slot == "numbers" and e.record is None for e in model.entries]
+    assert 0 < sum(shared) < len(shared)
+    for entry, own, was, now in zip(model.entries, shared, far, start, strict=True):
+        wanted = entry.value / entry.scale if own else was
+        inside = np.clip(wanted, entry.low / entry.scale, entry.high / entry.scale)
+        assert now == pytest.approx(inside), entry.label
