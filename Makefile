@@ -24,9 +24,7 @@ check: $(INSTALLED) $(LINK)
 	$(BIN)/ruff check .
 	PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(BIN)/pyright --warnings
 
-# Also what is too large for everybody: PyTorch, for the searches by a Gaussian process.
 test-slow: $(INSTALLED) $(LINK)
-	@PYTHONWARNINGS=ignore $(PIP) --no-build-isolation -e '.[dev,gp]'
 	$(BIN)/python -m pytest -q -m slow
 
 bench: $(INSTALLED)

@@ -7,35 +7,22 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from ..model.door import fault, nearest, one_of, read_toml, rule, validated
 from .clubhead import Club, Swing, with_face
 from .clubhead_ball import MARKER_NOISE, RADIUS, Ball, fit_ball
 from .clubhead_face import Face
-from .marker_file import numbers_of, open_text, read_markers, unit_factor
+from .marker_file import MarkerRecord, MarkerTable, numbers_of, open_text, unit_factor
 
 Triple = tuple[float, float, float]
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class _Record(_Table):
-    file: str | None = None
-    test: Literal["swing"] = "swing"
-    description: str = ""
-    sample_rate: float | None = Field(default=None, gt=0.0)
-    samples: tuple[int, int] | None = None
-    header_rows: int = Field(default=0, ge=0)
-
-
-class _Markers(_Table):
+class _Markers(MarkerTable):
     unit: str | None = None
 
 
-class _Club(_Table):
+class _Club(MarkerTable):
     file: str
     unit: str | None = None
     face_markers: tuple[str, str, str] | None = None
@@ -53,7 +40,7 @@ class _Club(_Table):
         return self
 
 
-class _Ball(_Table):
+class _Ball(MarkerTable):
     file: str | None = None
     unit: str | None = None
     center: Triple | None = None
@@ -68,8 +55,8 @@ class _Ball(_Table):
         return self
 
 
-class _Sidecar(_Table):
-    record: _Record = _Record()
+class _Sidecar(MarkerTable):
+    record: MarkerRecord = MarkerRecord()
     markers: _Markers = _Markers()
     club: _Club
     ball: _Ball | None = None
@@ -101,10 +88,7 @@ def read_swing(path: Path | str) -> tuple[Swing, Club, Ball | None]:
     files = {str(sidecar): sha256}
     data = sidecar.parent / (asked.record.file or (path.name if path != sidecar else ""))
     data = data if data != sidecar.parent else sidecar.with_suffix(".csv")
-    record = asked.record
-    seen = read_markers(
-        data, files, asked.markers.unit, record.sample_rate, record.samples, record.header_rows
-    )
+    seen = asked.record.markers(data, files, asked.markers.unit)
     swing = Swing(data.stem, data, seen.rate, seen.names, seen.places)
     club = _read_club(sidecar, asked.club, files)
     ball = None if asked.ball is None else _read_ball(sidecar, asked.ball, files)

@@ -6,9 +6,10 @@ import io
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
 
 from ..model.door import fault, one_of, read_bytes, sha256_of
 from .clock import clock_of
@@ -35,12 +36,44 @@ class MarkerFile:
         rate: frames a second [Hz].
         names: of the markers.
         places: shape (n, m, 3) [m]; nan where a marker was lost.
+        unit: of the places in the file, as text.
     """
 
     path: Path
     rate: float
     names: tuple[str, ...]
     places: np.ndarray = field(repr=False)
+    unit: str = "m"
+
+
+class MarkerTable(BaseModel):
+    """A table of the sidecar of a swing's markers: its keys are checked, and it stays as it is."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class MarkerRecord(MarkerTable):
+    """The table ``[record]`` of such a sidecar.
+
+    Attributes:
+        file: the markers, relative to the sidecar.
+        test: always a swing.
+        description: in words.
+        sample_rate: frames a second, where the file does not tell [Hz].
+        samples: frames to use, the first and one past the last.
+        header_rows: lines to pass over.
+    """
+
+    file: str | None = None
+    test: Literal["swing"] = "swing"
+    description: str = ""
+    sample_rate: float | None = Field(default=None, gt=0.0)
+    samples: tuple[int, int] | None = None
+    header_rows: int = Field(default=0, ge=0)
+
+    def markers(self, path: Path, files: dict[str, str], unit: str | None) -> MarkerFile:
+        """Reads the markers as this table says; arguments and faults as of `read_markers`."""
+        return read_markers(path, files, unit, self.sample_rate, self.samples, self.header_rows)
 
 
 def read_markers(
@@ -77,7 +110,7 @@ def read_markers(
     places = found.places[start:stop]
     if len(places) < FEWEST:
         raise _too_few(path, len(places))
-    return MarkerFile(path, found.rate, found.names, places)
+    return MarkerFile(path, found.rate, found.names, places, found.unit)
 
 
 def _too_few(path: Path, count: int) -> ValueError:
@@ -156,7 +189,7 @@ def _read_c3d(
         found = f"{places.shape[1]} points and {len(names)} labels"
         raise fault(path, "POINT:LABELS", "a name for each point", found, "name them in the lab")
     factor = unit_factor(path, f"points [{own_unit}]", unit, "[markers] unit")
-    return MarkerFile(path, rate or own_rate, names, places * factor)
+    return MarkerFile(path, rate or own_rate, names, places * factor, unit or own_unit)
 
 
 def numbers_of(table: TextTable, columns: list[int]) -> np.ndarray:

@@ -55,6 +55,20 @@ class MatTable:
     def rate_of(self, key: str | int, place: str) -> None:
         """None: a MAT file states no rate."""
 
+    def times_of(self, key: str | int, place: str) -> None:
+        """None: a MAT file keeps its clock in a variable, if at all."""
+
+    @property
+    def columns(self) -> tuple[str | int, ...]:
+        """Every vector of real numbers, and every column of a matrix of them, by name [-]."""
+        found: list[str] = []
+        for name, array in _arrays(self._variables):
+            if array.dtype.kind not in "biuf" or array.ndim not in (1, 2) or array.size < 2:
+                continue
+            wide = array.ndim == 2
+            found += [f"{name}[{i}]" for i in range(array.shape[1])] if wide else [name]
+        return tuple(found)
+
     def name(self, key: str | int) -> str:
         """The name of a variable that exists; a MAT file states no units [-]."""
         return str(key)
@@ -138,3 +152,15 @@ class MatTable:
         mend = f"write column = '{like}'" if like else "write one of these names"
         found = f"the variables {one_of(self._variables)}"
         raise fault(self.path, place, f"a variable '{name}'", found, mend)
+
+
+def _arrays(variables: dict[str, Any]) -> list[tuple[str, np.ndarray]]:
+    """Variables and the parts of structs, each by its name."""
+    found: list[tuple[str, np.ndarray]] = []
+    for name, value in variables.items():
+        if hasattr(value, "_fieldnames"):
+            parts = {f"{name}.{part}": getattr(value, part) for part in value._fieldnames}
+            found += _arrays(parts)
+        else:
+            found.append((name, np.asarray(value)))
+    return found

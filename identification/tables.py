@@ -56,6 +56,15 @@ class Table(Protocol):
         ...
 
     @property
+    def columns(self) -> tuple[str | int, ...]:
+        """Every column of real numbers, by the name or number that `column` takes [-]."""
+        ...
+
+    def times_of(self, key: str | int, place: str) -> np.ndarray | None:
+        """Times of a column's samples, where the file itself keeps a clock, shape (n,) [s]."""
+        ...
+
+    @property
     def own_rate(self) -> float | None:
         """Samples a second, where the file itself keeps a clock [Hz]; else None."""
         ...
@@ -124,6 +133,15 @@ class TextTable:
 
     @property
     def own_rate(self) -> None:
+        """None: text keeps its clock in a column, if at all."""
+
+    @property
+    def columns(self) -> tuple[str | int, ...]:
+        """Every column, by its name where that is its alone, else by its number [-]."""
+        names = [*self.layout.names, *([""] * (self._width - len(self.layout.names)))]
+        return tuple(name if name and names.count(name) == 1 else i for i, name in enumerate(names))
+
+    def times_of(self, key: str | int, place: str) -> None:
         """None: text keeps its clock in a column, if at all."""
 
     def rate_of(self, key: str | int, place: str) -> None:

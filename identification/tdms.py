@@ -73,6 +73,17 @@ class TdmsTable:
         channel = self._found(key, place)
         return rows_of(self._read(channel), rows, self.path, f"channel '{channel.name}'")
 
+    @property
+    def columns(self) -> tuple[str | int, ...]:
+        """Every channel of real numbers that is not empty, by its number [-]."""
+        kinds = [np.dtype(one.dtype).kind if len(one) else "" for one in self._channels]
+        return tuple(i for i, kind in enumerate(kinds) if kind and kind in "biuf")
+
+    def times_of(self, key: str | int, place: str) -> np.ndarray | None:
+        """Times of a channel, shape (n,) [s]; None where the file does not say."""
+        number = vector_number(key, self._names, self.path, place)
+        return None if _rate(self._channels[number]) is None else self._clock(number)
+
     def _found(self, key: str | int, place: str) -> Any:
         return self._channels[vector_number(key, self._names, self.path, place)]
 
@@ -87,6 +98,10 @@ class TdmsTable:
         if channel is None:
             mend = "name a channel of times, or give 'sample_rate' in [record]"
             raise fault(self.path, place, f"a channel with '{_STEP}'", "none", mend)
+        return self._clock(self._channels.index(channel))
+
+    def _clock(self, number: int) -> np.ndarray:
+        channel = self._channels[number]
         self._check_length(channel)
         start = float(channel.properties.get(_START, 0.0))
         return start + np.arange(len(channel)) * float(channel.properties[_STEP])

@@ -67,6 +67,15 @@ class UffTable:
         one = self._found(key, place)
         return rows_of(self._read(one)[1], rows, self.path, f"channel '{one.name}'")
 
+    @property
+    def columns(self) -> tuple[str | int, ...]:
+        """Every time history of real numbers, by its number [-]."""
+        return tuple(i for i, one in enumerate(self._sets) if one.form in _REAL)
+
+    def times_of(self, key: str | int, place: str) -> np.ndarray:
+        """Abscissa of a channel, shape (n,) [s]."""
+        return self._read(self._found(key, place))[0]
+
     def _found(self, key: str | int, place: str) -> _Set:
         return self._sets[vector_number(key, self._names, self.path, place)]
 

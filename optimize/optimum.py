@@ -108,8 +108,16 @@ class Optimum:
 
 
 @dataclass(frozen=True)
-class _Scale:
-    """Numbers as coordinates: by their logarithm where an axis lies above zero."""
+class Scale:
+    """Numbers as coordinates: by their logarithm where an axis lies above zero.
+
+    Attributes:
+        names: of the numbers.
+        logs: which count by their logarithm, shape (n,) [-].
+        low: lowest coordinate of each, shape (n,) [1 or SI].
+        high: highest coordinate of each, shape (n,) [1 or SI].
+        ends: lowest and highest number, shape (2, n) [SI].
+    """
 
     names: tuple[str, ...]
     logs: np.ndarray
@@ -118,17 +126,35 @@ class _Scale:
     ends: np.ndarray
 
     def to(self, values: np.ndarray) -> np.ndarray:
+        """Coordinates [1 or SI] of numbers [SI], shape (..., n)."""
         safe = np.where(self.logs, values, 1.0)
         return np.where(self.logs, np.log(safe), values)
 
     def back(self, points: np.ndarray) -> dict[str, np.ndarray]:
-        """Numbers by name of points of shape (designs, numbers)."""
+        """Numbers by name [SI] of points of shape (designs, n)."""
         points = np.clip(points, self.low, self.high)
         values = np.where(self.logs, np.exp(np.where(self.logs, points, 0.0)), points)
         values = np.clip(values, self.ends[0], self.ends[1])
         values = np.where(points <= self.low, self.ends[0], values)
         values = np.where(points >= self.high, self.ends[1], values)
         return {name: values[:, k] for k, name in enumerate(self.names)}
+
+
+def varied(task: SweepTask) -> tuple[SweepTask, Scale]:
+    """A task over those axes alone that have several values, and its numbers as coordinates.
+
+    Args:
+        task: with at least one such axis.
+
+    Returns:
+        The task, other axes held at their value, and its scale [units as in `Scale`].
+    """
+    axes = [axis for axis in task.axes if len(axis.values) > 1]
+    ends = np.array([[axis.values.min(), axis.values.max()] for axis in axes]).T
+    raw = Scale(tuple(axis.name for axis in axes), ends[0] > 0, ends[0], ends[1], ends)
+    held = {axis.name: float(axis.values[0]) for axis in task.axes if len(axis.values) == 1}
+    task = replace(task, numbers={**task.numbers, **held}, axes=tuple(axes))
+    return task, replace(raw, low=raw.to(ends[0]), high=raw.to(ends[1]))
 
 
 def certify(found: Map, name: str) -> Optimum | None:
@@ -145,19 +171,12 @@ def certify(found: Map, name: str) -> Optimum | None:
     square; SLSQP for peaks, as a bound on all samples; grids drawn closer where a score jumps;
     tests/optimize/test_optimum.py.
     """
-    task = replace(found.task, scores=(name,))
-    axes = [axis for axis in task.axes if len(axis.values) > 1]
     lowest, sign = name not in HIGHEST, 1.0 if name not in HIGHEST else -1.0
     values = sign * np.asarray(found.scores[name], float)
     values = np.where(np.isfinite(values), values, np.inf)
-    if not axes or not np.isfinite(values).any():
+    if max(found.task.shape) < 2 or not np.isfinite(values).any():
         return None
-    ends = np.array([[axis.values.min(), axis.values.max()] for axis in axes]).T
-    logs = ends[0] > 0
-    raw = _Scale(tuple(axis.name for axis in axes), logs, ends[0], ends[1], ends)
-    scale = replace(raw, low=raw.to(ends[0]), high=raw.to(ends[1]))
-    held = {axis.name: float(axis.values[0]) for axis in task.axes if len(axis.values) == 1}
-    task = replace(task, numbers={**task.numbers, **held}, axes=tuple(axes))
+    task, scale = varied(replace(found.task, scores=(name,)))
     values = values.reshape(task.shape)
     starts, cells = _starts(task, scale, values)
 
@@ -196,7 +215,7 @@ def certify(found: Map, name: str) -> Optimum | None:
     )
 
 
-def _starts(task: SweepTask, scale: _Scale, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _starts(task: SweepTask, scale: Scale, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The lowest of the grid's local minima, and the cells around the lowest of all."""
     places = np.flatnonzero((values == minimum_filter(values, 3, mode="nearest")).ravel())
     flat = values.ravel()
@@ -217,7 +236,7 @@ def _starts(task: SweepTask, scale: _Scale, values: np.ndarray) -> tuple[np.ndar
 Slope = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
-def _slope(task: SweepTask, scale: _Scale, name: str) -> Slope:
+def _slope(task: SweepTask, scale: Scale, name: str) -> Slope:
     """What a score is the largest of, and its exact derivatives at a point.
 
     The root mean square is the largest of one; a peak of the magnitudes of all samples.
@@ -257,10 +276,18 @@ def _response(
         table = {key: jnp.reshape(value, (1,)) for key, value in own.items()}
         return traced_outputs(plan, table, drive, times)[0][0, :, 0]
 
-    return jax.jit(lambda point, fixed: (one(point, fixed), jax.jacfwd(one)(point, fixed)))
+    def both(point: jax.Array, fixed: Mapping[str, Any]) -> tuple[jax.Array, jax.Array]:
+        """The samples, worked out once, and their slope along each coordinate."""
+
+        def along(way: jax.Array) -> tuple[jax.Array, jax.Array]:
+            return jax.jvp(lambda moved: one(moved, fixed), (point,), (way,))
+
+        return jax.vmap(along, out_axes=(None, -1))(jnp.eye(len(names)))
+
+    return jax.jit(both)
 
 
-def _polished(slope: Slope, scale: _Scale, start: np.ndarray) -> np.ndarray:
+def _polished(slope: Slope, scale: Scale, start: np.ndarray) -> np.ndarray:
     """Downhill by the gradient, inside the map."""
     size = float(slope(start)[0][0]) or 1.0
 
@@ -279,7 +306,7 @@ def _polished(slope: Slope, scale: _Scale, start: np.ndarray) -> np.ndarray:
     return found.x if np.isfinite(found.fun) else start
 
 
-def _lowered(slope: Slope, scale: _Scale, start: np.ndarray) -> np.ndarray:
+def _lowered(slope: Slope, scale: Scale, start: np.ndarray) -> np.ndarray:
     """The largest of many is lowered: a bound above the high ones, as low as it can be."""
     point, bounds = start, [*zip(scale.low, scale.high, strict=True), (0.0, None)]
     for _ in range(ROUNDS):
@@ -312,7 +339,7 @@ def _lowered(slope: Slope, scale: _Scale, start: np.ndarray) -> np.ndarray:
 
 
 def _drawn_close(
-    losses: Callable[[np.ndarray], np.ndarray], scale: _Scale, start: np.ndarray, cells: np.ndarray
+    losses: Callable[[np.ndarray], np.ndarray], scale: Scale, start: np.ndarray, cells: np.ndarray
 ) -> np.ndarray:
     """The lowest point of grids around the lowest so far, drawn closer where that lies inside."""
     size = len(start)
@@ -335,7 +362,7 @@ def _drawn_close(
     return best
 
 
-def _finer(scale: _Scale, best: np.ndarray, cells: np.ndarray) -> np.ndarray:
+def _finer(scale: Scale, best: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """A grid around a point, `FINER` times finer than the map and a cell wide to each side."""
     size = len(best)
     half = min(FINER, int((MOST_DESIGNS ** (1.0 / size) - 1.0) // 2))
@@ -343,7 +370,7 @@ def _finer(scale: _Scale, best: np.ndarray, cells: np.ndarray) -> np.ndarray:
     return np.clip(best + offsets * cells, scale.low, scale.high)
 
 
-def _bounds(scale: _Scale, best: np.ndarray) -> dict[str, str]:
+def _bounds(scale: Scale, best: np.ndarray) -> dict[str, str]:
     found = {}
     for k, name in enumerate(scale.names):
         near = 1e-9 * (scale.high[k] - scale.low[k])
@@ -355,7 +382,7 @@ def _bounds(scale: _Scale, best: np.ndarray) -> dict[str, str]:
 
 
 def _shape(
-    slope: Slope | None, scale: _Scale, best: np.ndarray, has_corners: bool
+    slope: Slope | None, scale: Scale, best: np.ndarray, has_corners: bool
 ) -> tuple[dict[str, float], np.ndarray | None]:
     """Elasticities, and the curvature from differences of exact gradients."""
     if slope is None:
@@ -377,7 +404,7 @@ def _shape(
 
 
 def _reach(
-    losses: Callable[[np.ndarray], np.ndarray], scale: _Scale, best: np.ndarray, value: float
+    losses: Callable[[np.ndarray], np.ndarray], scale: Scale, best: np.ndarray, value: float
 ) -> dict[str, tuple[float | None, float | None]]:
     """Where each number, moved alone, has made the score worse by `PRICE`."""
     found = {}

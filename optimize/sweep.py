@@ -14,16 +14,14 @@ import numpy as np
 from ..model.drives import Drive
 from ..model.energies import mass_matrix
 from ..model.linear import Mechanism, Port
-from ..model.motion import respond_batch
-from ..model.planar_batch import respond_planar_batch
-from ..model.robot import Robot
 from . import sweep_scores as score
-from .sweep_marks import mark_changes
+from .sweep_marks import mark_beyond, mark_changes
 from .sweep_tile import (
     Grid,
     Tile,
     dominant_mode,
     doubtful,
+    exactly_sampled,
     lowest_bins,
     samples,
     tile_of,
@@ -53,6 +51,7 @@ GRIP = Port("grip", "position", "collet")
 SHAPE = "dominant_shape"
 MODE_FIELDS = ("dominant_frequency", "dominant_damping_ratio")
 MARKS = ("overdamped", "mode_changes")
+GRIP_MARK, GRIP_PEAK = "grip_beyond", "grip_displacement_peak"
 
 
 @dataclass(frozen=True)
@@ -84,6 +83,7 @@ class SweepTask:
         scores: names out of `supple.optimize.sweep_scores.SCORES`.
         axes: the grid; the last axis runs fastest.
         planar: whether a robot moves in the plane; its modes stay those of small motions.
+        grip_limit: motion of the grip beyond which designs are marked; None for no mark [m].
     """
 
     mechanism: Mechanism
@@ -95,6 +95,7 @@ class SweepTask:
     scores: tuple[str, ...]
     axes: tuple[Axis, ...]
     planar: bool = False
+    grip_limit: float | None = None
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -125,6 +126,11 @@ class SweepTask:
     def fields(self) -> tuple[str, ...]:
         """Names of what is found for every design: scores, then its dominant mode [-]."""
         return (*self.scores, *MODE_FIELDS)
+
+    @property
+    def marks(self) -> tuple[str, ...]:
+        """Names of the regions that are marked [-]."""
+        return MARKS if self.grip_limit is None else (*MARKS, GRIP_MARK)
 
     def numbers_of(self, designs: np.ndarray) -> dict[str, np.ndarray]:
         """The axes' numbers of some designs, by name, each of shape (designs,) [SI]."""
@@ -179,6 +185,7 @@ class Map:
         overdamped: 1 where the mode with most energy does not oscillate [-].
         mode_changes: 1 where that mode is another one than in a neighbor along an axis [-].
         resumed: tiles that an earlier run had finished [-].
+        grip_beyond: 1 where the grip moves more than the task's limit; None without one [-].
     """
 
     task: SweepTask
@@ -188,6 +195,12 @@ class Map:
     overdamped: np.ndarray
     mode_changes: np.ndarray
     resumed: int = field(default=0)
+    grip_beyond: np.ndarray | None = None
+
+    @property
+    def regions(self) -> dict[str, np.ndarray]:
+        """What is marked, by name, each of the grid's shape: 1 where it holds [-]."""
+        return {name: getattr(self, name) for name in self.task.marks}
 
     def extreme(self, name: str, lowest: bool) -> tuple[dict[str, float], float] | None:
         """The design with the lowest or highest finite value of a score [SI], and that value.
@@ -214,13 +227,23 @@ def blank_sheet(task: SweepTask) -> Sheet:
     return Sheet(
         {name: np.full(task.count, np.nan) for name in task.fields},
         np.zeros((task.count, n, 2), np.float32),
-        {name: np.zeros(task.count, np.int8) for name in MARKS},
+        {name: np.zeros(task.count, np.int8) for name in task.marks},
         np.zeros(task.tiles, np.int8),
     )
 
 
+Result = tuple[dict[str, np.ndarray], np.ndarray]
+"""What a tile gives: its fields by name, and the shapes of its dominant modes."""
+
+Workers = Callable[["TileWork", list[int]], Iterator[tuple[int, Result]]]
+"""Who works on the tiles that are left; each is given back once, in any order."""
+
+
 def sweep(
-    task: SweepTask, sheet: Sheet | None = None, tell: Callable[[int, int], None] | None = None
+    task: SweepTask,
+    sheet: Sheet | None = None,
+    tell: Callable[[int, int], None] | None = None,
+    workers: Workers | None = None,
 ) -> Map:
     """Simulate every design of a grid that the sheet does not hold yet, and score it.
 
@@ -228,6 +251,7 @@ def sweep(
         task: the grid, the drive, the sensor and the scores.
         sheet: where results are kept, tile by tile; in memory where None.
         tell: hears how many tiles of how many are done.
+        workers: who works on the tiles; threads of this process where None.
 
     Returns:
         The map; its arrays lie in the sheet.
@@ -240,9 +264,9 @@ def sweep(
     """
     _check_scores(task)
     sheet = sheet or blank_sheet(task)
-    grid, scales = task.grid(), _scales(task)
-    resumed = int(np.sum(sheet.done))
-    for tile, (fields, shape) in _side_by_side(task, grid, scales, sheet):
+    work, resumed = TileWork(task, task.grid(), _scales(task)), int(np.sum(sheet.done))
+    left = np.flatnonzero(np.asarray(sheet.done) == 0).tolist()
+    for tile, (fields, shape) in (workers or _side_by_side)(work, left):
         low, high = tile * task.tile, min((tile + 1) * task.tile, task.count)
         for name, values in fields.items():
             sheet.fields[name][low:high] = values[: high - low]
@@ -257,7 +281,9 @@ def sweep(
         task.shape, still, sheet.shape, sheet.marks["overdamped"], sheet.marks["mode_changes"]
     )
     found = {name: sheet.fields[name].reshape(task.shape) for name in task.fields}
-    marks = {name: sheet.marks[name].reshape(task.shape) for name in MARKS}
+    if task.grip_limit is not None:
+        mark_beyond(sheet.fields[GRIP_PEAK], task.grip_limit, sheet.marks[GRIP_MARK])
+    marks = {name: sheet.marks[name].reshape(task.shape) for name in task.marks}
     scores = {name: found[name] for name in task.scores}
     return Map(
         task,
@@ -267,19 +293,34 @@ def sweep(
         overdamped=marks["overdamped"],
         mode_changes=marks["mode_changes"],
         resumed=resumed,
+        grip_beyond=marks.get(GRIP_MARK),
     )
 
 
-def _side_by_side(
-    task: SweepTask, grid: Grid, scales: np.ndarray, sheet: Sheet
-) -> Iterator[tuple[int, tuple[dict[str, np.ndarray], np.ndarray]]]:
-    """Each tile that is not done, with its fields and shapes, in their order."""
+@dataclass(frozen=True)
+class TileWork:
+    """What it takes to work on any tile of a map, here or in another process.
 
-    def work(tile: int) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    Attributes:
+        task: the whole.
+        grid: its samples that count.
+        scales: weights that make coordinates comparable, shape (coordinates,) [1/m or 1/rad].
+    """
+
+    task: SweepTask
+    grid: Grid
+    scales: np.ndarray
+
+    def __call__(self, tile: int) -> Result:
+        """Fields and mode shapes of one tile, filled up with its last design [SI]."""
+        task = self.task
         designs = np.minimum(tile * task.tile + np.arange(task.tile), task.count - 1)
-        return _tile(task, grid, scales, task.numbers_of(designs))
+        return _tile(task, self.grid, self.scales, task.numbers_of(designs))
 
-    left = iter(np.flatnonzero(np.asarray(sheet.done) == 0).tolist())
+
+def _side_by_side(work: TileWork, tiles: list[int]) -> Iterator[tuple[int, Result]]:
+    """Each of some tiles, with its fields and shapes, in their order."""
+    left = iter(tiles)
     workers = min(WORKERS, os.cpu_count() or 1)
     with ThreadPoolExecutor(workers) as pool:
         ahead = deque((tile, pool.submit(work, tile)) for tile in islice(left, 2 * workers))
@@ -369,10 +410,11 @@ def _sampled(
     names: tuple[str, ...],
 ) -> dict[str, np.ndarray]:
     """Scores that need samples, chunk by chunk; designs of one period side by side."""
-    count = len(tile.poles)
+    count, within = len(tile.poles), grid.times[grid.low : grid.high]
     found = {name: np.empty(count) for name in names}
     order, bins = np.arange(count), None
-    modal = bool(tile.segments) and not task.planar
+    mechanism, planar = task.mechanism, task.planar
+    modal = bool(tile.segments) and not planar
     if "log_decrement" in names and modal and tile.is_whole and grid.count > 2 * BINS:
         bins = lowest_bins(tile, grid, 0, BINS)
         order = np.argsort(np.argmax(bins, axis=1), kind="stable")
@@ -388,63 +430,14 @@ def _sampled(
             exactly = np.any(doubts, axis=0)
         if exactly.any():
             own = {name: values[chosen[exactly]] for name, values in varied.items()}
-            told = _exact(task, grid, own, sensors)
+            told = exactly_sampled(mechanism, task.numbers, own, task.drive, grid, sensors, planar)
             curves = curves or [np.empty(told.shape[:2]) for _ in sensors]
             for k, curve in enumerate(curves):
                 curve[exactly] = told[:, :, k]
             peaks = [score.peak(y) for y in curves]
         assert curves is not None
         known = None if bins is None else bins[chosen]
-        for name, values in _scores(grid, curves, peaks, names, known, exactly).items():
+        told = score.scores_of(names, within, curves, peaks, known, exactly)
+        for name, values in told.items():
             found[name][chosen] = np.where(np.isfinite(peaks[0]), values, np.nan)
-    return found
-
-
-def _exact(
-    task: SweepTask, grid: Grid, varied: Mapping[str, np.ndarray], sensors: tuple[Port, ...]
-) -> np.ndarray:
-    """Samples without modes, shape (designs, t, sensors) [SI]; few shapes are compiled.
-
-    Those of a planar motion that cannot be trusted are no numbers.
-    """
-    count = len(next(iter(varied.values())))
-    filled = np.minimum(np.arange(-(-count // 16) * 16), count - 1)
-    table = dict(task.numbers) | {name: values[filled] for name, values in varied.items()}
-    if task.planar:
-        assert isinstance(task.mechanism, Robot), "checked at the door of the rig"
-        asked = task.mechanism, table, task.drive, task.times, sensors
-        return respond_planar_batch(*asked).samples[:count, grid.low : grid.high]
-    found = respond_batch(task.mechanism, table, task.drive, task.times, sensors)
-    return found[:count, grid.low : grid.high]
-
-
-def _scores(
-    grid: Grid,
-    curves: list[np.ndarray],
-    peaks: list[np.ndarray],
-    names: tuple[str, ...],
-    bins: np.ndarray | None,
-    exactly: np.ndarray,
-) -> dict[str, np.ndarray]:
-    """Scores of the curves; `bins` are the first of the spectrum, except where made exactly."""
-    seen, found, size = curves[0], {}, score.rms(curves[0])
-    if "rms" in names:
-        found["rms"] = size
-    if "peak" in names:
-        found["peak"] = peaks[0]
-    if "settling" in names:
-        found["settling"] = score.settling(seen, grid.times[grid.low : grid.high])
-    if "log_decrement_local" in names:
-        found["log_decrement_local"] = score.log_decrement_local(seen)
-    if "grip_displacement_peak" in names:
-        found["grip_displacement_peak"] = peaks[1]
-    if "log_decrement" in names:
-        largest = np.ones(len(seen), int)
-        unsure = np.ones(len(seen), bool)
-        if bins is not None:
-            largest = 1 + np.argmax(bins, axis=1)
-            unsure = exactly | ~score.certified(seen, size, bins)
-        if unsure.any():
-            largest[unsure] = score.largest_bins(seen[unsure])
-        found["log_decrement"] = score.log_decrement(seen, largest)
     return found

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ..model.door import fault
-from .sweep import MARKS, MODE_FIELDS, SHAPE, Sheet, SweepTask
+from .sweep import GRIP_MARK, MODE_FIELDS, SHAPE, Sheet, SweepTask
 
 TYPES = {"S1": 2, "i1": 1, "f4": 5, "f8": 6}
 """Number of each kind of value in the classic netCDF format [-]."""
@@ -35,6 +35,7 @@ LONG_NAMES = {
     "dominant_damping_ratio": "damping ratio of the mode with most energy",
     "overdamped": "1 where the mode with most energy does not oscillate",
     "mode_changes": "1 where the mode with most energy is another one in a neighboring design",
+    GRIP_MARK: "1 where the grip moves more than the limit",
     SHAPE: "mass-weighted displacement part of the mode with most energy, to unit length",
     "tile_done": "1 for each tile of designs that is complete",
 }
@@ -111,7 +112,7 @@ def open_sheet(
     flat = {name: array.reshape(-1) for name, array in arrays.items()}
     shape = arrays[SHAPE].reshape(task.count, -1, 2)
     fields = {name: flat[name] for name in task.fields}
-    marks = {name: flat[name] for name in MARKS}
+    marks = {name: flat[name] for name in task.marks}
     return Sheet(fields, shape, marks, flat["tile_done"]), unfinished
 
 
@@ -136,8 +137,11 @@ def _variables(task: SweepTask, sensor_unit: str) -> list[_Variable]:
     for name in (*task.scores, *MODE_FIELDS):
         told = {"units": unit_of(name, sensor_unit), "long_name": LONG_NAMES[name]}
         found.append(_Variable(name, axes, "f8", told))
-    for name in MARKS:
-        found.append(_Variable(name, axes, "i1", {"units": "1", "long_name": LONG_NAMES[name]}))
+    for name in task.marks:
+        told = {"units": "1", "long_name": LONG_NAMES[name]}
+        if name == GRIP_MARK:
+            told["limit"] = f"{task.grip_limit!r} m"
+        found.append(_Variable(name, axes, "i1", told))
     names = ", ".join(task.mechanism.coordinates)
     told = {"units": "1", "long_name": LONG_NAMES[SHAPE], "coordinate_names": names}
     found.append(

@@ -1,4 +1,4 @@
-"""Marks on a map: where nothing oscillates, and where the dominant mode becomes another one."""
+"""Marks on a map: where nothing oscillates, the dominant mode changes, or the grip goes too far."""
 
 from __future__ import annotations
 
@@ -45,6 +45,20 @@ def mark_changes(
             differ |= _likeness(shapes[own], shapes[next_to]) < ALIKE
             changes[own[differ]] = 1
             changes[next_to[differ]] = 1
+
+
+def mark_beyond(moved: Any, limit: float, beyond: Any, width: int = 2**16) -> None:
+    """Mark designs whose grip moves more than a limit; without a number nothing is marked.
+
+    Args:
+        moved: largest displacement of each design's grip, shape (designs,) [m].
+        limit: what it may be [m].
+        beyond: gets 1 where it is larger, shape (designs,) [-].
+        width: designs that are looked at together [-].
+    """
+    for low in range(0, len(moved), width):
+        part = slice(low, low + width)
+        beyond[part] = np.asarray(moved[part]) > limit
 
 
 def _likeness(one: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..model.score import FADED, SETTLED
@@ -139,3 +141,48 @@ def _followed(maxima: np.ndarray) -> np.ndarray:
     told = (first > 0) & (end > 0)
     ratio = np.where(told, first, 1.0) / np.where(told, end, 1.0)
     return np.where(told, np.log(ratio) / last, np.nan)
+
+
+def scores_of(
+    names: tuple[str, ...],
+    times: np.ndarray,
+    curves: Sequence[np.ndarray],
+    peaks: Sequence[np.ndarray],
+    bins: np.ndarray | None,
+    exactly: np.ndarray,
+) -> dict[str, np.ndarray]:
+    """Scores of some designs' samples.
+
+    Args:
+        names: out of `SCORES`, without the modal one.
+        times: of the samples, shape (t,) [s].
+        curves: samples of the sensor and perhaps of the grip, each of shape (designs, t) [SI].
+        peaks: their `peak`, each of shape (designs,) [SI].
+        bins: squared magnitudes of the first bins of the spectrum, shape (designs, bins); None
+            where they are not known [squared unit].
+        exactly: of which designs the bins are not those of the samples, shape (designs,) [-].
+
+    Returns:
+        By name, each of shape (designs,) [SI unit of the score].
+    """
+    seen, found, size = curves[0], {}, rms(curves[0])
+    if "rms" in names:
+        found["rms"] = size
+    if "peak" in names:
+        found["peak"] = peaks[0]
+    if "settling" in names:
+        found["settling"] = settling(seen, times)
+    if "log_decrement_local" in names:
+        found["log_decrement_local"] = log_decrement_local(seen)
+    if "grip_displacement_peak" in names:
+        found["grip_displacement_peak"] = peaks[1]
+    if "log_decrement" in names:
+        largest = np.ones(len(seen), int)
+        unsure = np.ones(len(seen), bool)
+        if bins is not None:
+            largest = 1 + np.argmax(bins, axis=1)
+            unsure = exactly | ~certified(seen, size, bins)
+        if unsure.any():
+            largest[unsure] = largest_bins(seen[unsure])
+        found["log_decrement"] = log_decrement(seen, largest)
+    return found

@@ -15,7 +15,7 @@ from ..model.door import fault, nearest, one_of, read_toml, shown, validated
 from ..model.parameters import Parameter
 from ..model.rig import Rig
 from ..model.robot import PARAMETERS
-from .sweep import Axis
+from .sweep import GRIP_PEAK, Axis
 from .sweep_scores import SCORES
 
 MOST_DESIGNS = 500_000_000
@@ -43,6 +43,7 @@ class SweepSpec:
         sha256: of the file's bytes.
         search: the table ``[search]``, as it stands.
         sensitivity: the table ``[sensitivity]``, as it stands; None where there is none.
+        grip_limit: motion of the grip beyond which designs are marked; None for no mark [m].
     """
 
     path: Path
@@ -55,6 +56,7 @@ class SweepSpec:
     sha256: str
     search: Mapping[str, Any] = field(default_factory=dict)
     sensitivity: Mapping[str, Any] | None = None
+    grip_limit: float | None = None
 
 
 class _Table(BaseModel):
@@ -67,6 +69,7 @@ class _Sweep(_Table):
     scores: list[str] = Field(default_factory=lambda: ["rms", "log_decrement", "peak"])
     of: str = "clubhead:acceleration:collet"
     window: list[float] | None = None
+    grip_limit: float | None = Field(default=None, gt=0)
 
 
 class _Axis(_Table):
@@ -132,8 +135,11 @@ def read_spec(path: Path | str, needs_axes: bool = True) -> SweepSpec:
         raise fault(path, "[sweep] window", expected, shown(own.window), mend)
     pair = None if window is None else (window[0], window[1])
     rig, drive = path.parent / own.rig, path.parent / own.drive
-    further = (whole.search, document.get("sensitivity"))
-    return SweepSpec(path, rig, drive, tuple(own.scores), own.of, pair, flat, sha256, *further)
+    further = (whole.search, document.get("sensitivity"), own.grip_limit)
+    scores = tuple(own.scores)
+    if own.grip_limit is not None and GRIP_PEAK not in scores:
+        scores = (*scores, GRIP_PEAK)  # what is compared with the limit
+    return SweepSpec(path, rig, drive, scores, own.of, pair, flat, sha256, *further)
 
 
 def _flat(axes: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

@@ -13,6 +13,9 @@ import numpy as np
 
 from ..model.drives import ON_SAMPLE, Drive, Hold, check_balance, equilibrium, hold_rows
 from ..model.linear import Mechanism, Port, state_space
+from ..model.motion import respond_batch
+from ..model.planar_batch import respond_planar_batch
+from ..model.robot import Robot
 
 BLOCK = 64
 """Samples that one block of powers spans [-]."""
@@ -258,6 +261,41 @@ def samples(tile: Tile, grid: Grid, sensor: int) -> np.ndarray:
             part += one.force * tile.rest[:, sensor, None]
         found.append(part)
     return found[0] if len(found) == 1 else np.concatenate(found, axis=1)
+
+
+def exactly_sampled(
+    mechanism: Mechanism,
+    numbers: Mapping[str, float],
+    varied: Mapping[str, np.ndarray],
+    drive: Drive,
+    grid: Grid,
+    sensors: tuple[Port, ...],
+    planar: bool,
+) -> np.ndarray:
+    """Samples without modes; few shapes are compiled.
+
+    Args:
+        mechanism: chain or robot; for planar motions a robot.
+        numbers: those of all designs [SI].
+        varied: numbers that differ, each of shape (designs,) [SI].
+        drive: what moves every design.
+        grid: the samples that count.
+        sensors: what is seen.
+        planar: whether the robot moves in the plane.
+
+    Returns:
+        Shape (designs, samples, sensors) [SI]; those of a planar motion that cannot be trusted
+        are no numbers.
+    """
+    count = len(next(iter(varied.values())))
+    filled = np.minimum(np.arange(-(-count // 16) * 16), count - 1)
+    table = dict(numbers) | {name: values[filled] for name, values in varied.items()}
+    if planar:
+        assert isinstance(mechanism, Robot), "checked at the door of the rig"
+        asked = mechanism, table, drive, grid.times, sensors
+        return respond_planar_batch(*asked).samples[:count, grid.low : grid.high]
+    found = respond_batch(mechanism, table, drive, grid.times, sensors)
+    return found[:count, grid.low : grid.high]
 
 
 def doubtful(tile: Tile, sensor: int, largest: np.ndarray) -> np.ndarray:

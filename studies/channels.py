@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections.abc import Mapping
@@ -11,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .engine import start_engine, write_together
+from .answer import answered
+from .engine import start_engine
 from .listing import markdown, printed
 from .study import Call, Study
 from .words import number_words
@@ -61,43 +61,19 @@ def run(call: Call) -> dict[str, Any]:
     Raises:
         ValueError: in the words of the door.
     """
-    from .. import __version__
-    from .thesis.draw import drawn
-
     start_engine()
     began, inputs = time.perf_counter(), dict[str, str]()
     profile, records = _inputs(call.data, inputs)
     swings, panels, tables = [], [], {}
     for record in records:
         call.progress(record.name)
-        found, relative = _resolved(record, profile)
+        found, relative = resolved(record, profile)
         swings.append(_numbers(record, found, relative))
         panels += _panels(record, found, relative)
         tables[f"{record.name}.csv"] = _csv(found, relative)
     call.progress("")
-    result = {
-        "study": NAME,
-        "question": QUESTION,
-        "swings": swings,
-        "notes": list(NOTES),
-        "figure": f"{NAME}.svg",
-        "provenance": {
-            "version": __version__,
-            "inputs": inputs,
-            "seed": call.seed,
-            "seconds": round(time.perf_counter() - began, 1),
-        },
-    }
-    text = json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-    writers = {
-        f"{NAME}.json": lambda path: path.write_text(text, encoding="utf-8"),
-        f"{NAME}.md": lambda path: path.write_text(as_text(result), encoding="utf-8"),
-        f"{NAME}.svg": lambda path: path.write_bytes(drawn(panels)),
-    }
-    for name in tables:
-        writers[name] = lambda path: path.write_text(tables[path.name], encoding="utf-8")
-    write_together(call.out, writers)
-    return result
+    found = {"swings": swings, "notes": list(NOTES)}
+    return answered(call, NAME, QUESTION, found, as_text, panels, inputs, began, tables)
 
 
 def _inputs(folder: Path | None, inputs: dict[str, str]) -> tuple[SwingProfile, list[Record]]:
@@ -125,7 +101,19 @@ def _inputs(folder: Path | None, inputs: dict[str, str]) -> tuple[SwingProfile, 
     return profile, records
 
 
-def _resolved(record: Record, profile: SwingProfile) -> tuple[SwingChannels, Relative]:
+def resolved(record: Record, profile: SwingProfile) -> tuple[SwingChannels, Relative]:
+    """The gauges of a swing on the points of its profile, in the swing plane.
+
+    Args:
+        record: with the channels of `NEEDED` [SI].
+        profile: of the same swing [s, rad].
+
+    Returns:
+        Its channels [m/s^2, m], and the head's acceleration less the collet's up to the blow.
+
+    Raises:
+        ValueError: where no impact is found.
+    """
     from ..identification.lowpass import STRAIN_CUTOFFS
     from ..identification.resolve import relative_acceleration
     from ..identification.strain import STRAIN_PER_METER, Calibration

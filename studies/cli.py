@@ -70,6 +70,28 @@ def check(
 
 
 @command
+def convert(
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="A UFF58, TDMS, MAT, C3D or text file, or a sidecar."),
+    ],
+    sample_rate: Annotated[
+        float | None,
+        typer.Option("--sample-rate", metavar="HZ", help="Where the file does not tell."),
+    ] = None,
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Turn a laboratory's own file into a table of text with its sidecar; rates in [Hz]."""
+    from .convert import convert_file, show_convert
+
+    result = convert_file(file, out, sample_rate, seed)
+    finish(Session(out, seed, as_json, quiet), result, "convert.json", show_convert)
+
+
+@command
 def simulate(
     rig: Annotated[Path, typer.Option("--rig", metavar="RIG", help="The rig that moves.")],
     drive: Annotated[Path, typer.Option("--drive", metavar="DRIVE", help="What moves it.")],
@@ -163,6 +185,16 @@ def coupon(
 @command
 def sweep(
     spec: Annotated[Path, typer.Argument(metavar="SPEC", help="What to sweep, a TOML file.")],
+    cluster: Annotated[
+        str | None,
+        typer.Option("--cluster", metavar="ADDRESS", help="A scheduler of dask, whose workers do."),
+    ] = None,
+    posterior: Annotated[
+        Path | None,
+        typer.Option(
+            "--posterior", metavar="FILE", help="Spread the optima over what is not known."
+        ),
+    ] = None,
     out: Out = None,
     seed: Seed = 0,
     as_json: Json = False,
@@ -175,7 +207,7 @@ def sweep(
     session = Session(out, seed, as_json, quiet)
     progress = progress_of(session.talks)
     result, trusted = sweep_spec(
-        spec, out, seed, lambda done, tiles: progress(f"tile {done} of {tiles}")
+        spec, out, seed, lambda done, tiles: progress(f"tile {done} of {tiles}"), cluster, posterior
     )
     progress("")
     finish(replace(session, out=None), result, "map.json", show_map, trusted)
@@ -349,6 +381,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # has threads of its own; only effective before numpy is imported, hence here
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
+    from .engine import start_engine
+
+    start_engine()  # jax looks at its environment once, when it is imported: hence here
     try:
         code = app(
             None if arguments is None else list(arguments),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections.abc import Iterator, Mapping
@@ -11,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .engine import start_engine, write_together
+from .answer import answered
+from .engine import start_engine
 from .listing import markdown, printed
 from .study import Call, Study
 from .words import number_words
@@ -67,9 +67,8 @@ def run(call: Call) -> dict[str, Any]:
     Raises:
         ValueError: in the words of the door.
     """
-    from .. import __version__
     from ..identification.hand import hold
-    from .thesis.draw import Curve, Panel, drawn
+    from .thesis.draw import Curve, Panel
 
     start_engine()
     began, inputs = time.perf_counter(), dict[str, str]()
@@ -83,27 +82,8 @@ def run(call: Call) -> dict[str, Any]:
                   Curve(found.times, found.rest, "less a rigid club's"))  # fmt: skip
         panels.append(Panel(f"{holder}: {motion}", "time [s]", "acceleration [m/s²]", curves))
     call.progress("")
-    result = {
-        "study": NAME,
-        "question": QUESTION,
-        "rows": rows,
-        "notes": list(NOTES if call.data is None else NOTES[1:]),
-        "figure": f"{NAME}.svg",
-        "provenance": {
-            "version": __version__,
-            "inputs": inputs,
-            "seed": call.seed,
-            "seconds": round(time.perf_counter() - began, 1),
-        },
-    }
-    text = json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-    writers = {
-        f"{NAME}.json": lambda path: path.write_text(text, encoding="utf-8"),
-        f"{NAME}.md": lambda path: path.write_text(as_text(result), encoding="utf-8"),
-        f"{NAME}.svg": lambda path: path.write_bytes(drawn(panels)),
-    }
-    write_together(call.out, writers)
-    return result
+    told = {"rows": rows, "notes": list(NOTES if call.data is None else NOTES[1:])}
+    return answered(call, NAME, QUESTION, told, as_text, panels, inputs, began)
 
 
 Case = tuple[str, str, np.ndarray, np.ndarray, float, float | None]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .words import number_words, unit_words
 
@@ -46,6 +46,23 @@ def optimum_words(one: Optimum, units: Mapping[str, str]) -> str:
     if one.status != "certified":
         words.append("A finer grid holds a better design: this score jumps; do not trust its best.")
     return " ".join(words)
+
+
+def region_words(result: Mapping[str, Any]) -> list[str]:
+    """How many designs lie in each region that a map marks, a sentence each.
+
+    Args:
+        result: what ``map.json`` holds: ``regions``, and ``grip_limit`` if there is one.
+    """
+    regions = result["regions"]
+    words = [
+        f"The mode with most energy is overdamped in {regions['overdamped']} designs.",
+        f"It is another one than next door in {regions['mode_changes']} designs.",
+    ]
+    if "grip_beyond" in regions:
+        limit = number_words(result["grip_limit"])
+        words.append(f"The grip moves more than {limit} m in {regions['grip_beyond']} designs.")
+    return words
 
 
 def plain(name: str) -> str:

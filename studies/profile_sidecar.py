@@ -31,9 +31,9 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-from ..identification.marker_file import MarkerFile, read_markers
+from ..identification.marker_file import MarkerFile, MarkerRecord, MarkerTable
 from ..model.door import fault, nearest, one_of, read_toml, validated
 from ..optimize.limits_file import AxisTable, axis_limits
 from ..optimize.markers import LONGEST, NAMES, ClubGauge, GolferMarkers
@@ -44,20 +44,7 @@ from ..optimize.smooth import BUILD, CUTOFF, DENSE, EVERY, FOLLOW, Smoothing
 Triple = tuple[float, float, float]
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class _Record(_Table):
-    file: str | None = None
-    test: Literal["swing"] = "swing"
-    description: str = ""
-    sample_rate: float | None = Field(default=None, gt=0.0)
-    samples: tuple[int, int] | None = None
-    header_rows: int = Field(default=0, ge=0)
-
-
-class _Markers(_Table):
+class _Markers(MarkerTable):
     unit: str | None = None
     left_shoulder: str = "left_shoulder"
     right_shoulder: str = "right_shoulder"
@@ -69,20 +56,20 @@ class _Markers(_Table):
     longest_shoulder_gap: float = Field(default=LONGEST["shoulder"], ge=0.0)
 
 
-class _Club(_Table):
+class _Club(MarkerTable):
     top: float = ClubGauge.top
     bottom: float = ClubGauge.bottom
     hand: float = ClubGauge.hand
     length: float = ClubGauge.length
 
 
-class _Ball(_Table):
+class _Ball(MarkerTable):
     radius: float = Field(default=BALL_RADIUS, gt=0.0)
     tee: Triple | None = None
     target: Triple = (1.0, 0.0, 0.0)
 
 
-class _Profile(_Table):
+class _Profile(MarkerTable):
     method: Literal["smooth", "thesis"] = "smooth"
     begin: float | None = Field(default=None, gt=0.0)
     end: float | None = Field(default=None, gt=0.0)
@@ -94,19 +81,19 @@ class _Profile(_Table):
     swing_time: float | None = Field(default=None, gt=0.0)
 
 
-class _Output(_Table):
+class _Output(MarkerTable):
     quantum: float = Field(default=1e-4, ge=0.0)
     interpolation: Literal["cubic", "pchip", "linear"] = "cubic"
 
 
-class _Limits(_Table):
+class _Limits(MarkerTable):
     arm: AxisTable = AxisTable()
     wrist: AxisTable = AxisTable()
     grip: AxisTable = AxisTable()
 
 
-class _Sidecar(_Table):
-    record: _Record = _Record()
+class _Sidecar(MarkerTable):
+    record: MarkerRecord = MarkerRecord()
     markers: _Markers = _Markers()
     club: _Club = _Club()
     ball: _Ball = _Ball()
@@ -175,10 +162,7 @@ def read_golfer(path: Path) -> GolferFile:
     elif asked.record.file and (path.parent / asked.record.file).resolve() != path.resolve():
         expected, found = f"'{path.name}', the file that was asked for", f"'{asked.record.file}'"
         raise fault(sidecar, "[record] file", expected, found, f"name {sidecar.name} instead")
-    seen = read_markers(
-        data, files, asked.markers.unit, asked.record.sample_rate, asked.record.samples,
-        asked.record.header_rows,
-    )  # fmt: skip
+    seen = asked.record.markers(data, files, asked.markers.unit)
     how = asked.profile
     return GolferFile(
         name=path.stem,

@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .engine import start_engine, write_together
+
 if TYPE_CHECKING:
     from ..optimize.search import Search, SearchTask
     from ..optimize.search_spec import SearchSpec
@@ -45,6 +47,7 @@ def search_spec(
         ValueError: for the first fault of the spec, the rig, the drive, a catalogue or the storage.
     """
     began = time.perf_counter()
+    start_engine()
     from dataclasses import replace
 
     from ..model.door import fault
@@ -158,7 +161,6 @@ def _design(found: Search, at: int) -> dict[str, Any]:
 
 
 def _write(out: Path, result: Mapping[str, Any], task: SearchTask, found: Search) -> None:
-    from .engine import write_together
     from .search_report import write_search_report
 
     text = json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False) + "\n"

@@ -33,6 +33,13 @@ MOST_LINES = 75
 LEVELS = 16
 """Bands of a contour [-]."""
 
+REGIONS = {
+    "overdamped": ("//", "overdamped"),
+    "mode_changes": ("..", "mode changes"),
+    "grip_beyond": ("x", "grip beyond its limit"),
+}
+"""Hatching and words of the regions that a map marks."""
+
 MOST_PLANES = 3
 """Slices of a map of three axes or more [-]."""
 
@@ -85,7 +92,6 @@ def planes_of(found: Map, name: str, at: Mapping[str, float]) -> list[Plane]:
         own = tuple(place)
         order = [np.argsort(axes[k].values, kind="stable") for k in (first, second)]
         grid = np.ix_(*order)
-        marks = {"overdamped": found.overdamped, "mode_changes": found.mode_changes}
         planes.append(
             Plane(
                 axes[first].name,
@@ -93,7 +99,7 @@ def planes_of(found: Map, name: str, at: Mapping[str, float]) -> list[Plane]:
                 np.asarray(axes[first].values, float)[order[0]],
                 np.asarray(axes[second].values, float)[order[1]],
                 np.asarray(found.scores[name][own], float)[grid],
-                {key: np.asarray(one[own])[grid] > 0 for key, one in marks.items()},
+                {key: np.asarray(one[own])[grid] > 0 for key, one in found.regions.items()},
                 cut,
             )
         )
@@ -105,6 +111,7 @@ def surface_figure(
     label: str,
     units: Mapping[str, str],
     best: Mapping[str, Any] | None,
+    cloud: Mapping[str, Any] | None = None,
 ) -> Figure:
     """The first slice as a surface in three dimensions, and every slice as a contour.
 
@@ -113,6 +120,7 @@ def surface_figure(
         label: of the score, with its unit.
         units: of the axes, by name.
         best: the optimum, with ``design``, ``value`` and ``which``; None where there is none.
+        cloud: optima over what is not known, with ``optima`` by name, and the ``best`` for all.
 
     Returns:
         One figure: two panels for a map of two axes, four for one of more.
@@ -126,6 +134,8 @@ def surface_figure(
         for k, plane in enumerate(planes):
             axes = figure.add_subplot(rows, 2, k + 2)
             _contour(figure, axes, plane, label, units, best)
+            if cloud is not None:
+                _cloud(axes, plane, cloud)
     return figure
 
 
@@ -165,14 +175,15 @@ def _contour(
     bands = MaxNLocator(LEVELS).tick_values(low, high)
     drawn = axes.contourf(plane.x, plane.y, values, levels=bands, cmap=COLORS, extend="both")
     figure.colorbar(drawn, ax=axes, label=label)
-    for key, look in (("overdamped", "//"), ("mode_changes", "..")):
-        if plane.marks[key].any():
+    for key, marked in plane.marks.items():
+        if marked.any():
+            look, words = REGIONS[key]
             axes.contourf(
-                plane.x, plane.y, plane.marks[key].T.astype(float),
+                plane.x, plane.y, marked.T.astype(float),
                 levels=[0.5, 1.5], colors="none", hatches=[look],
             )  # fmt: skip
             handle = axes.fill_between([], [], hatch=look, facecolor="none", edgecolor="black")
-            handle.set_label(plain(key))
+            handle.set_label(words)
     if best is not None:
         sign = 1.0 if best["which"] == "lowest" else -1.0
         price = best["value"] + sign * 0.01 * abs(best["value"])
@@ -199,8 +210,26 @@ def _contour(
         axes.legend(loc="upper right", frameon=True, framealpha=0.85, fontsize=8.5)
 
 
+def _cloud(axes: Axes, plane: Plane, cloud: Mapping[str, Any]) -> None:
+    """The optimum of each draw of what is not known, and the design that is best for all."""
+    if not {plane.first, plane.second} <= set(cloud["optima"]):
+        return
+    places = [np.asarray(cloud["optima"][name]) for name in (plane.first, plane.second)]
+    look: dict[str, Any] = {"markeredgewidth": 0.4, "markeredgecolor": "black", "zorder": 4}
+    axes.plot(*places, "o", markersize=4, color="white", label="best of a draw", **look)
+    place = (cloud["best"][plane.first], cloud["best"][plane.second])
+    look = {"markersize": 9, "markeredgecolor": "white", "zorder": 6}
+    axes.plot(*place, "D", color=OTHER, label="best for all draws", **look)
+    axes.legend(loc="upper right", frameon=True, framealpha=0.85, fontsize=8.5)
+
+
 def line_figure(
-    found: Map, name: str, label: str, units: Mapping[str, str], best: Mapping[str, Any] | None
+    found: Map,
+    name: str,
+    label: str,
+    units: Mapping[str, str],
+    best: Mapping[str, Any] | None,
+    cloud: Mapping[str, Any] | None = None,
 ) -> Figure:
     """A score along the only axis with several values."""
     axis = next((one for one in found.task.axes if len(one.values) > 1), found.task.axes[0])
@@ -214,6 +243,11 @@ def line_figure(
         if best is not None:
             place = best["design"][axis.name]
             axes.plot(place, best["value"], "*", color=BEFORE, markersize=13, label=best["which"])
+            axes.legend()
+        if cloud is not None:
+            places = cloud["optima"][axis.name]
+            axes.plot(places, np.full(len(places), best["value"] if best else np.nan), "|",
+                      color=OTHER, markersize=16, label="best of a draw")  # fmt: skip
             axes.legend()
         if is_geometric(axis.values[order]):
             axes.set_xscale("log")
@@ -256,4 +290,5 @@ def image(figure: Figure, kind: str) -> bytes:
     told = {"Date": None, "Creator": "supple"} if kind == "svg" else {"Software": "supple"}
     with mpl.rc_context(_STYLE):
         figure.savefig(memory, format=kind, dpi=DOTS_PER_INCH, metadata=told)
+    figure.set_layout_engine("none")  # what is laid out once is not laid out again
     return memory.getvalue()

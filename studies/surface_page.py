@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .engine import write_together
-from .optimum_words import plain
+from .optimum_words import plain, region_words
 from .report import write_page
 from .surface import COLORS, _span, image, is_geometric, line_figure, planes_of, surface_figure
 from .words import number_words, unit_words
@@ -49,10 +49,11 @@ def write_surfaces(result: Mapping[str, Any], found: Map, out: Path) -> list[str
             continue
         label, best = _label(result, name), result["optima"][name]
         planes = planes_of(found, name, {} if best is None else best["design"])
+        cloud = result.get("spread", {"scores": {}})["scores"].get(name)
         figure = (
-            surface_figure(planes, label, units, best)
+            surface_figure(planes, label, units, best, cloud)
             if planes
-            else line_figure(found, name, label, units, best)
+            else line_figure(found, name, label, units, best, cloud)
         )
         for kind in ("png", "svg"):
             drawn = image(figure, kind)
@@ -165,6 +166,9 @@ def _report(
         best = result["optima"][name]
         words = [] if best is None else [best["sentence"]]
         told = result["scores"][name]
+        cloud = result.get("spread", {"scores": {}})["scores"].get(name)
+        if cloud is not None:
+            words.append(cloud["sentence"])
         if told["not_finite"]:
             words.append(f"{told['not_finite']} designs have no finite value.")
         uri = "data:image/png;base64," + base64.b64encode(pictures[name]).decode()
@@ -172,6 +176,10 @@ def _report(
             "Hatched: the mode with most energy is overdamped. Dotted: it is another one than in a "
             "neighboring design. Star: the best design; around it, in white, what is 1 % worse."
         )
+        if cloud is not None:
+            caption += " Dots: the best of each draw; diamond: the best for all."
+        if "grip_beyond" in result["regions"]:
+            caption += " Crossed: the grip moves more than its limit."
         figure = {"title": plain(name).capitalize(), "image": uri, "alt": caption}
         sections.append(
             {
@@ -186,12 +194,8 @@ def _report(
     if result.get("sensitivity"):
         sections.append(_sobol(result))
     trusted = result["status"] == "swept"
-    regions = result["regions"]
-    facts = (
-        f"The mode with most energy is overdamped in {regions['overdamped']} designs, and another "
-        f"one than next door in {regions['mode_changes']}."
-    )
-    sections.append({"title": "The map", "words": [facts], "figures": [], "rows": []})
+    facts = region_words(result)
+    sections.append({"title": "The map", "words": facts, "figures": [], "rows": []})
     first = next((one for one in result["optima"].values() if one is not None), None)
     sentence = first["sentence"].split(". ")[0] + "." if first else "No design has a finite score."
     from .. import __version__

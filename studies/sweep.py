@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .engine import start_engine
+from .engine import release_memory, start_engine
 from .simulate import TURNS, sensor_port
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from ..model.linear import Port
     from ..model.rig import Rig
     from ..optimize.search_spec import Range
-    from ..optimize.sweep import Axis, Map, SweepTask
+    from ..optimize.sweep import Axis, Map, SweepTask, Workers
     from ..optimize.sweep_spec import SweepSpec
 
 _RATES = ("", "/s", "/s^2")
@@ -63,6 +64,8 @@ def sweep_spec(
     out: Path | None = None,
     seed: int = 0,
     tell: Callable[[int, int], None] | None = None,
+    cluster: str | None = None,
+    posterior: Path | None = None,
 ) -> tuple[dict[str, Any], bool]:
     """Sweeps a grid and writes ``map.nc`` and ``map.json``; takes up what a kill left behind.
 
@@ -72,6 +75,10 @@ def sweep_spec(
             tiles are in ``map.unfinished.nc`` there.
         seed: kept in the provenance; nothing here is drawn by chance.
         tell: hears how many tiles of how many are done.
+        cluster: address of a scheduler of dask whose workers simulate the tiles; None for this
+            machine alone.
+        posterior: draws of the rig's numbers, by ``supple identify --posterior``: over these the
+            optimum of each score is spread.
 
     Returns:
         A summary that JSON can hold, and whether the map can be trusted.
@@ -82,38 +89,39 @@ def sweep_spec(
     began = time.perf_counter()
     asked = _asked(path)
     provenance = asked.provenance(seed)
-    from ..model.door import write_beside
+    from ..model.door import sha256_of, write_beside
     from ..optimize.sweep import sweep
     from ..optimize.sweep_file import open_sheet, publish
+    from .spread import check_spread, spread_of
 
+    draws = posterior and check_spread(posterior, asked.rig, [a.name for a in asked.task.axes])
     sheet, unfinished, ranges = None, None, ()
     if asked.spec.sensitivity is not None:
         from ..optimize.sensitivity import ranges_of
 
         ranges = ranges_of(asked.spec, asked.task.axes, asked.rig)
-    if out is not None:
-        spec, window = asked.spec, asked.task.window
-        told = {
-            "title": "scores of every design of a grid",
-            "Conventions": "CF-1.11",
-            "rig": asked.rig.path.name,
-            "drive": asked.drive.path.name,
-            "sensor": spec.of,
-            "window": f"{window[0]!r} {window[1]!r} s",
-            "provenance": json.dumps(provenance),
-        }
-        sheet, unfinished = open_sheet(out / "map.nc", asked.task, asked.unit, told)
-    try:
-        found = sweep(asked.task, sheet, tell)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+    with _workers(cluster) as workers:
+        if out is not None:
+            told = _told(asked, provenance)
+            sheet, unfinished = open_sheet(out / "map.nc", asked.task, asked.unit, told)
+        try:
+            found = sweep(asked.task, sheet, tell, workers)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
+    release_memory()
     result = {**_result(asked, found), "fidelity": asked.rig.fidelity}
     result["optima"] = {name: _optimum(asked, found, name) for name in found.scores}
     if ranges:
         result["sensitivity"] = _sensitivity(asked, ranges, seed)
+    if draws and posterior:
+        units = {k: v["unit"] for part in ("axes", "scores") for k, v in result[part].items()}
+        result["spread"] = spread_of(found, draws, result["optima"], units)
+        inputs = {**provenance["inputs"], str(posterior): sha256_of(posterior.read_bytes())}
+        provenance = {**provenance, "inputs": inputs}
     if out is not None and unfinished is not None:
         from .surface_page import write_surfaces
 
+        release_memory()
         written = write_surfaces(result, found, out)
         result["files"] = written
     seconds = round(time.perf_counter() - began, 3)
@@ -125,8 +133,32 @@ def sweep_spec(
     return result, result["status"] == "swept"
 
 
+def _told(asked: Asked, provenance: Mapping[str, Any]) -> dict[str, str]:
+    """What the map's file says of itself."""
+    window = asked.task.window
+    return {
+        "title": "scores of every design of a grid",
+        "Conventions": "CF-1.11",
+        "rig": asked.rig.path.name,
+        "drive": asked.drive.path.name,
+        "sensor": asked.spec.of,
+        "window": f"{window[0]!r} {window[1]!r} s",
+        "provenance": json.dumps(provenance),
+    }
+
+
+def _workers(cluster: str | None) -> AbstractContextManager[Workers | None]:
+    """The workers of a cluster, or none."""
+    if cluster is None:
+        return nullcontext()
+    from ..optimize.sweep_cluster import cluster_at
+
+    return cluster_at(cluster)
+
+
 def _asked(path: Path) -> Asked:
     """Spec, rig and drive, read and fitted together."""
+    start_engine()
     from ..model.rig import read_rig
     from ..optimize.sweep_spec import axes_of, read_spec
 
@@ -155,7 +187,6 @@ def asked_of(spec: SweepSpec, rig: Rig, axes: tuple[Axis, ...], scores: tuple[st
     from ..model.robot import PARAMETERS
 
     path, driven = spec.path, read_drive(spec.drive)
-    start_engine()
     import numpy as np
 
     from ..model.drives import drive_of
@@ -187,12 +218,14 @@ def asked_of(spec: SweepSpec, rig: Rig, axes: tuple[Axis, ...], scores: tuple[st
     if "grip_displacement_peak" in scores and rig.kind == "chain":
         mend = "remove it, or write scores = ['peak'] with the place in 'of'"
         expected = "scores of a chain, which has no grip"
-        raise fault(path, "[sweep] scores", expected, "'grip_displacement_peak'", mend)
+        named = "scores" if spec.grip_limit is None else "grip_limit"
+        raise fault(path, f"[sweep] {named}", expected, "'grip_displacement_peak'", mend)
     window = spec.window or (0.0, float(times[-1]))
     numbers = {name: number.value for name, number in rig.parameters.items()}
     task = SweepTask(
         mechanism, numbers, drive_of(driven, mechanism), times, window, port, scores, axes,
         planar=rig.fidelity == "planar",
+        grip_limit=spec.grip_limit if "grip_displacement_peak" in scores else None,
     )  # fmt: skip
     try:
         task.grid()
@@ -248,10 +281,8 @@ def _result(asked: Asked, found: Map) -> dict[str, Any]:
         "designs": task.count,
         "axes": axes,
         "scores": scores,
-        "regions": {
-            "overdamped": int(np.sum(found.overdamped)),
-            "mode_changes": int(np.sum(found.mode_changes)),
-        },
+        "regions": {name: int(np.sum(marked)) for name, marked in found.regions.items()},
+        **({} if task.grip_limit is None else {"grip_limit": task.grip_limit}),
         "tiles": {"all": task.tiles, "resumed": found.resumed},
     }
 
@@ -331,6 +362,8 @@ def show_map(result: Mapping[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from .optimum_words import region_words
+
     console = Console(highlight=False, markup=False)
     console.print(
         f"{result['designs']} designs of {result['rig']} under a drive of kind "
@@ -348,9 +381,10 @@ def show_map(result: Mapping[str, Any]) -> None:
     for one in result["optima"].values():
         if one is not None:
             console.print(one["sentence"])
-    regions = result["regions"]
-    console.print(f"The mode with most energy is overdamped in {regions['overdamped']} designs.")
-    console.print(f"It is another one than next door in {regions['mode_changes']} designs.")
+    for one in result.get("spread", {"scores": {}})["scores"].values():
+        console.print(one["sentence"])
+    for line in region_words(result):
+        console.print(line)
     if result["tiles"]["resumed"]:
         console.print(f"Taken up: {result['tiles']['resumed']} of {result['tiles']['all']} tiles.")
     if result["status"] != "swept":

@@ -28,6 +28,7 @@ PLACES = {
     "casadi": "optimize/solve",
     "emcee": "identification/sample.py",
     "optuna": "optimize/search",
+    "distributed": "optimize/sweep_cluster.py",
     "matplotlib": "studies/",
     "jinja2": "studies/",
     "typer": "studies/",

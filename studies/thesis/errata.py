@@ -9,7 +9,7 @@ from .critical_damping import NAME as CRITICAL
 from .draw import Curve, Panel
 from .errata_equations import arm_panel, equations
 from .errata_numbers import SAMPLE, numbers
-from .full_swings import slip_a6
+from .excess import slip_a6
 from .table import Found, answering, show
 
 NAME = "thesis/errata"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -101,6 +101,23 @@ def claim(key: str, said: str, found: str, holds: Any, source: str, **more: Any)
 
 
 @dataclass(frozen=True)
+class Listed:
+    """A further table of a study.
+
+    Attributes:
+        title: of the table.
+        headings: of its columns.
+        rows: cells as text with their units.
+        words: below it, in sentences.
+    """
+
+    title: str
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    words: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Found:
     """What a study of the thesis found.
 
@@ -109,12 +126,20 @@ class Found:
         panels: the figure's.
         caption: of the figure.
         notes: what was assumed, in sentences.
+        more: further entries of the result, as JSON can hold them.
+        tables: further tables.
+        figures: further figures, by what follows the study's name in theirs.
+        files: further files of text, by name.
     """
 
     rows: tuple[Row, ...]
     panels: tuple[Panel, ...]
     caption: str
     notes: tuple[str, ...] = ()
+    more: Mapping[str, Any] = field(default_factory=dict)
+    tables: tuple[Listed, ...] = ()
+    figures: Mapping[str, tuple[Panel, ...]] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
 
 
 def answering(
@@ -146,6 +171,8 @@ def answering(
             "rows": [row.told() for row in found.rows],
             "verdicts": counted([row.verdict for row in found.rows]),
             "figure": {"file": f"{short(name)}.svg", "caption": found.caption},
+            **({"tables": [asdict(one) for one in found.tables]} if found.tables else {}),
+            **found.more,
             "provenance": {
                 "version": __version__,
                 "seed": call.seed,
@@ -162,11 +189,15 @@ def answering(
 def _writers(result: Mapping[str, Any], found: Found) -> dict[str, Callable[[Path], Any]]:
     base = short(result["study"])
     text = json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-    return {
-        f"{base}.json": lambda path: path.write_text(text, encoding="utf-8"),
-        f"{base}.md": lambda path: path.write_text(as_text(result), encoding="utf-8"),
-        f"{base}.svg": lambda path: path.write_bytes(drawn(found.panels)),
+    texts = {f"{base}.json": text, f"{base}.md": as_text(result), **found.files}
+    figures = {f"{base}.svg": found.panels}
+    figures |= {f"{base}_{name}.svg": panels for name, panels in found.figures.items()}
+    writers: dict[str, Callable[[Path], Any]] = {
+        file: lambda path: path.write_text(texts[path.name], encoding="utf-8") for file in texts
     }
+    for file in figures:
+        writers[file] = lambda path: path.write_bytes(drawn(figures[path.name]))
+    return writers
 
 
 def short(name: str) -> str:
@@ -203,6 +234,9 @@ def as_text(result: Mapping[str, Any]) -> str:
     below = [f"![{figure['caption']}]({figure['file']})", "", figure["caption"], ""]
     below += ["## Definitions", *(f"- {line}" for line in definitions(result["rows"]))]
     below += [f"- {line}" for line in (*result["notes"], result["rule"])]
+    for one in result.get("tables", ()):
+        below += ["", f"## {one['title']}", "", *markdown(one["headings"], one["rows"]), ""]
+        below += [f"- {line}" for line in one["words"]]
     return "\n".join([f"# {result['question']}", "", *table, "", *below]) + "\n"
 
 
@@ -211,3 +245,6 @@ def show(result: Mapping[str, Any]) -> None:
     rows = [cells(row) for row in result["rows"]]
     below = (*definitions(result["rows"]), *result["notes"], result["rule"])
     printed(result["question"], HEADINGS, rows, [f"  - {line}" for line in below])
+    for one in result.get("tables", ()):
+        words = [f"  - {line}" for line in one["words"]]
+        printed(one["title"], one["headings"], one["rows"], words)

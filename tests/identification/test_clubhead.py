@@ -77,6 +77,38 @@ def test_an_open_face_is_a_negative_yaw():  # section 3.3.3
     assert Face().angles(rotation)[0] == pytest.approx([0.0, 0.0, -0.15])
 
 
+def test_a_positive_dynamic_loft_is_less_loft():  # section 3.4.4
+    rotation = turned(y=0.2)
+    assert (rotation[0] @ [1.0, 0.0, 0.0])[2] < 0  # the face looks down
+    assert Face().angles(rotation)[0, 1] > 0
+
+
+def test_a_positive_change_of_the_face_angle_is_its_closing():  # section 3.4.4
+    rotation = turned(z=0.15)
+    assert (rotation[0] @ [1.0, 0.0, 0.0])[1] > 0  # to the left of the target
+    assert Face().angles(rotation)[0, 2] > 0
+    made = make_swing(5)  # it closes through the whole swing
+    assert np.all(np.diff(measure(made).angles[20:70:10, 2]) > 0)
+
+
+def test_speed_is_the_distance_between_frames_by_their_time():  # section 3.4.6, eq. 4
+    made = make_swing(14, noise=0.0)
+    head = measure(made)
+    step = np.diff(made.position, axis=0)
+    told = np.sqrt(step[:, 0] ** 2 + step[:, 1] ** 2 + step[:, 2] ** 2) * made.rate
+    assert np.allclose(head.raw_speed[1:], told, rtol=1e-9)
+
+
+def test_the_attack_angle_is_that_of_the_motion_against_the_ground():  # section 3.4.6
+    made = make_swing(14, noise=0.0)
+    head = measure(made)
+    step = np.diff(made.position, axis=0)
+    told = np.arctan2(step[:, 2], np.hypot(step[:, 0], step[:, 1]))
+    assert np.allclose(head.raw_attack_angle[1:], told, atol=1e-9)
+    up = np.sign(told[30]) == np.sign(made.position[31, 2] - made.position[30, 2])
+    assert up and head.attack_angle[30] == pytest.approx(told[30], abs=5e-3)
+
+
 def test_the_words_stay_true_for_a_left_handed_golfer():
     face = Face(hand="left")
     for rotation, which in ((turned(x=-0.1), 0), (turned(z=-0.1), 2)):
@@ -334,6 +366,35 @@ def test_toe_and_heel_part_off_the_center(toe, word):
     parted = head.losses[1, 0] - head.losses[2, 0]
     assert parted * np.sign(toe) > 1.0
     assert any(f"The {word} lost" in said for said in head.warnings)
+
+
+def parted_after(made: MadeUp, rotation: np.ndarray, position: np.ndarray) -> float:
+    """How much faster the toe is than the heel once the ball has gone [m/s]."""
+    toe = np.einsum("nij,j->ni", rotation, Face().toe)
+    last = int(made.frame) + 8
+    pair = [position[last : last + 2] + side * toe[last : last + 2] for side in (1.0, -1.0)]
+    fast, slow = (float(np.linalg.norm(np.diff(one, axis=0)) * made.rate) for one in pair)
+    return fast - slow
+
+
+def test_toe_and_heel_part_as_far_as_in_the_thesis():  # line 807: by 25.9 m/s at most
+    def swung(heel: float) -> MadeUp:
+        return make_swing(4, markers=16, touch=(-heel, 0.0))
+
+    low, high = 0.0, 0.08
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        made = swung(middle)
+        wide = parted_after(made, made.rotation, made.position) > 25.9
+        low, high = (low, middle) if wide else (middle, high)
+    made = swung(high)
+    true = parted_after(made, made.rotation, made.position)
+    assert true == pytest.approx(25.9, abs=1e-3) and high < 0.06  # on the edge of a driver
+    head = measure(made)
+    row = int(made.frame) + 8
+    # the smoothing follows a club that spins at some 400 rad/s to 2 %
+    assert head.speeds[row, 1] - head.speeds[row, 2] == pytest.approx(25.9, abs=0.5)
+    assert any("The heel lost" in said for said in head.warnings)
 
 
 def test_toe_and_heel_stay_together_in_the_middle():

@@ -1,4 +1,4 @@
-"""The bench's command: `python -m tests.lab draw --bench B --seed 7 --out DIR`."""
+"""The bench's commands: `python -m tests.lab draw --bench B --seed 7 --out DIR`, and more."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ import json
 import os
 import sys
 from pathlib import Path
+from typing import Any
 
 
 def main(words: list[str] | None = None) -> int:
-    """Draws one sealed case; one line on standard error and 2 where the words are at fault."""
+    """Does what is asked; one line on standard error and 2 where the words are at fault."""
     parser = argparse.ArgumentParser(prog="python -m tests.lab", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True)
     draw = commands.add_parser("draw", help="write the records, rig and truth of one case")
@@ -25,18 +26,38 @@ def main(words: list[str] | None = None) -> int:
     draw.add_argument("--train", type=int, default=4)
     draw.add_argument("--held-out", type=int, default=2)
     draw.add_argument("--samples", type=int, default=4096)
+    swings = commands.add_parser("swings", help="write markers and gauges of golfers' full swings")
+    swings.add_argument("--out", type=Path, required=True)
+    swings.add_argument("--seed", type=int, default=0)
+    swings.add_argument("--count", type=int, help="the first so many; all if left out")
+    feedback = commands.add_parser("feedback", help="let a robot play a profile")
+    feedback.add_argument("--profile", type=Path, required=True)
+    feedback.add_argument("--out", type=Path, required=True)
     asked = vars(parser.parse_args(words))
-    del asked["command"]
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: more threads only wait
-    from .sealed import draw_sealed
-
     try:
-        draw_sealed(**asked)
-    except ValueError as fault:
+        print(json.dumps(_do(asked.pop("command"), asked)))
+    except (OSError, ValueError) as fault:
         print(fault, file=sys.stderr)
         return 2
-    print(json.dumps({"records": str(asked["out"] / "records")}))
     return 0
+
+
+def _do(command: str, asked: dict[str, Any]) -> dict[str, Any]:
+    if command == "swings":
+        from .full_swings import write_swings
+
+        found = write_swings(asked["out"], asked["seed"], asked["count"])
+        return {"swings": [str(path) for path in found]}
+    if command == "feedback":
+        from .servo import write_feedback
+
+        write_feedback(asked["profile"], asked["out"])
+        return {"feedback": str(asked["out"])}
+    from .sealed import draw_sealed
+
+    draw_sealed(**asked)
+    return {"records": str(asked["out"] / "records")}
 
 
 if __name__ == "__main__":

@@ -264,23 +264,24 @@ def _writes(where: str, seed: int, ahead: int, started, go) -> None:
     search(task, where, "one")
 
 
+@pytest.mark.parametrize("writers", [2, pytest.param(4, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("storage", STORAGES)
-def test_two_writers_find_what_one_finds(storage, tmp_path):
+def test_several_writers_find_what_one_finds(storage, writers, tmp_path):
     task = replace(TASK, sampler="nsga2", trials=320, batch=16, ahead=4)
     alone = search(task, storage.format(tmp_path / "alone"), "one")
     where = storage.format(tmp_path / "both")
     context = multiprocessing.get_context("spawn")
     started, go = context.Semaphore(0), context.Event()
-    writers = [
+    running = [
         context.Process(target=_writes, args=(where, 0, 4, started, go), daemon=True)
-        for _ in range(2)
+        for _ in range(writers)
     ]
-    for one in writers:
+    for one in running:
         one.start()
-    for _ in writers:
+    for _ in running:
         started.acquire()
     go.set()
-    for one in writers:
+    for one in running:
         one.join(120)
         assert one.exitcode == 0
     both = search(task, where, "one")

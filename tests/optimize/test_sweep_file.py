@@ -1,5 +1,8 @@
 """A map's file: read by another program at every stage, taken up only where it is the same."""
 
+import os
+import threading
+
 import numpy as np
 import pytest
 from scipy.io import netcdf_file
@@ -63,6 +66,28 @@ def test_another_program_reads_names_units_and_every_number(tmp_path):
     assert values["overdamped"].sum() > 0
     assert units["dominant_frequency"] == "Hz"
     assert values["dominant_shape"].shape == (7, 5, 1, 1, 2)
+
+
+def test_the_bytes_are_the_same_with_one_worker_and_with_four(tmp_path, monkeypatch):
+    monkeypatch.setattr(sweeping, "TILE", 4)
+    monkeypatch.setattr(os, "cpu_count", lambda: 4)
+    found = {}
+    for workers in (1, 4):
+        monkeypatch.setattr(sweeping, "WORKERS", workers)
+        folder, busy = tmp_path / str(workers), set()
+        sheet, unfinished = open_sheet(folder / "map.nc", task(), "m", TOLD)
+        work = sweeping.TileWork.__call__
+
+        def noted(own, tile, work=work, busy=busy):
+            busy.add(threading.get_ident())
+            return work(own, tile)
+
+        monkeypatch.setattr(sweeping.TileWork, "__call__", noted)
+        sweep(task(), sheet)
+        monkeypatch.setattr(sweeping.TileWork, "__call__", work)
+        assert 1 <= len(busy) <= workers
+        found[workers] = unfinished.read_bytes()
+    assert found[1] == found[4]
 
 
 def test_an_unfinished_map_is_valid_and_says_what_it_holds(tmp_path, monkeypatch):

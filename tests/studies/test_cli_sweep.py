@@ -97,6 +97,26 @@ def test_one_design_is_the_motion_that_simulate_writes(tmp_path: Path) -> None:
     assert found["peak"][0] == pytest.approx(np.abs(curve).max(), rel=1e-9)
 
 
+def test_where_the_grip_goes_too_far_is_marked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    limited = ONE_SCORE.replace("[axes]", "grip_limit = 4e-4\n[axes]")
+    axes = (
+        "wrist_stiffness = { start = 50.0, step = 75.0, count = 4 }\n"
+        "sleeve_damping = { low = 100.0, high = 4000.0, count = 9 }\n"
+    )
+    called = write(tmp_path, limited + axes)
+    assert cli.main([*called, "--out", str(tmp_path)]) == 0
+    held, result = read(tmp_path / "map.nc"), json.loads((tmp_path / "map.json").read_text())
+    beyond = held["grip_displacement_peak"] > 4e-4
+    assert 0 < beyond.sum() < beyond.size
+    np.testing.assert_array_equal(held["grip_beyond"] > 0, beyond)
+    assert result["regions"]["grip_beyond"] == beyond.sum() and result["grip_limit"] == 4e-4
+    told = f"The grip moves more than 4·10⁻⁴ m in {beyond.sum()} designs."
+    assert told in " ".join(capsys.readouterr().out.split()), told
+    assert "grip beyond its limit" in (tmp_path / "surface_rms.svg").read_text()
+
+
 @pytest.mark.parametrize("dotted", ["'links.spring.damping'", "links.spring.damping"])
 def test_a_chain_in_words(dotted: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     spec = SWEEP.replace("clubhead:acceleration:collet", "cart:position:absolute")
@@ -217,6 +237,19 @@ BAD = {
         "spec.toml: [axes]",
     ),
     "a law that acts": (SWEEP + WRIST, RIG + LAW, "rig.toml: [[laws]]"),
+    "a limit of no grip": (
+        ONE_SCORE.replace("clubhead:acceleration:collet", "cart:position:absolute").replace(
+            "[axes]", "grip_limit = 1e-3\n[axes]"
+        )
+        + "'masses.cart.mass' = { values = [0.5] }\n",
+        CHAIN,
+        "[sweep] grip_limit",
+    ),
+    "a limit of nothing": (
+        ONE_SCORE.replace("[axes]", "grip_limit = 0.0\n[axes]") + WRIST,
+        RIG,
+        "[sweep] grip_limit: expected a number greater than 0",
+    ),
     "no grip": (
         SWEEP.replace("rms", "grip_displacement_peak").replace(
             "clubhead:acceleration:collet", "cart:position:absolute"
@@ -239,3 +272,25 @@ def test_a_bad_spec_is_refused_in_one_line(
     assert said.out == "" and len(said.err.splitlines()) == 1
     assert told in said.err and "Mend:" in said.err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_a_map_of_75_by_75_by_75_with_its_figures_stays_below_600_mb(tmp_path: Path) -> None:
+    """With its code compiled on disk, by a smaller map before it."""
+    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")}
+    environment.pop("JAX_COMPILATION_CACHE_DIR", None)
+    most, out = 0.0, str(tmp_path / "out")
+    for count in (9, 75):
+        grid = (
+            f"wrist_stiffness = {{ start = 50.0, step = 75.0, count = {count} }}\n"
+            f"wrist_damping = {{ start = 2.0, step = 2.0, count = {count} }}\n"
+            f"collet_inertia = {{ start = 0.002, step = 0.001, count = {count} }}\n"
+        )
+        spec = write(tmp_path, SWEEP + grid)[1]
+        words = [sys.executable, "-m", "supple.studies.cli", "sweep", spec, "--out", out, "--quiet"]
+        process = os.spawnve(os.P_NOWAIT, sys.executable, words, environment)
+        _, status, usage = os.wait4(process, 0)
+        assert os.waitstatus_to_exitcode(status) == 0
+        most = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    assert most < 600e6, f"{most / 1e6:.0f} MB"
+    assert (tmp_path / "out" / "surface.html").stat().st_size < 8_000_000

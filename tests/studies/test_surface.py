@@ -47,8 +47,11 @@ def made(shape: tuple[int, ...], scores: tuple[str, ...] = ("rms",)) -> tuple[An
     found = SimpleNamespace(
         task=SimpleNamespace(axes=axes),
         scores={name: (k + 1) * bowl for k, name in enumerate(scores)},
-        overdamped=(bowl > 3.4).astype(np.int8),
-        mode_changes=(np.abs(bowl - 3.4) < 0.05).astype(np.int8),
+        regions={
+            "overdamped": (bowl > 3.4).astype(np.int8),
+            "mode_changes": (np.abs(bowl - 3.4) < 0.05).astype(np.int8),
+            "grip_beyond": (bowl > 3.6).astype(np.int8),
+        },
     )
     design = {axis.name: 1.3 for axis in axes}
     best = {
@@ -62,7 +65,8 @@ def made(shape: tuple[int, ...], scores: tuple[str, ...] = ("rms",)) -> tuple[An
         "axes": {axis.name: {"unit": axis.unit} for axis in axes},
         "scores": dict.fromkeys(scores, told),
         "optima": dict.fromkeys(scores, best),
-        "regions": {"overdamped": 1, "mode_changes": 1},
+        "regions": {"overdamped": 1, "mode_changes": 1, "grip_beyond": 1},
+        "grip_limit": 0.002,
     }  # fmt: skip
     return found, result
 
@@ -95,6 +99,11 @@ def test_every_axis_carries_its_unit_and_the_best_is_marked(shape):
         assert "[N m" in axes.get_xlabel() and "[" in axes.get_ylabel()
     stars = [line for line in contours[0].lines if line.get_marker() == "*"]
     assert np.asarray(stars[0].get_data()).ravel().tolist() == [1.3, 1.3]
+    words = [text.get_text() for text in contours[0].get_legend().get_texts()]  # pyright: ignore
+    assert words[:3] == ["overdamped", "mode changes", "grip beyond its limit"]
+    assert {hatch for one in contours[0].collections for hatch in getattr(one, "hatches", [])} == {
+        "//", "..", "x", None,
+    }  # fmt: skip
     bars = [one for one in figure.axes if one.get_label() == "<colorbar>"]
     assert {one.get_ylabel() for one in bars} == {"rms [m/s²]"}
 
