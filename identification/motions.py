@@ -14,7 +14,7 @@ from .problem import Model, Problem
 
 WIDTH = 0.003
 """Corners of laws are rounded over this share of the root mean square motion at the place [-]: at
-0.01 friction that truly sticks is found 1.6 % too large, at 0.001 steps pass over the corner."""
+0.01 friction that truly sticks comes out 1.6 % too large, at 0.001 a step passes over the corner."""
 
 
 def motions(
