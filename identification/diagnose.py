@@ -8,20 +8,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..model.rig import Rig
-from .evidence import delta_bic, excess, explained, on_bounds
-from .extend import HeldOut, extend, grown, held_out, thinned, worst_ratio
-from .fit import DOMINATED, Fit, fit_base, settle, solve
+from .evidence import believable, delta_bic, excess, explained, on_bounds
+from .extend import HeldOut, extend, held_out, thinned, worst_ratio
+from .fit import DOMINATED, Fit, fit_base, solve
 from .noise import ljung_box
 from .problem import Problem, make_problem
 from .records import Record, check_record_against_rig
 from .screen import VISIBLE, Candidate, alikeness, screen
-from .starts import told_start
 from .trial import (
     LEAST_EVIDENCE,
     Trial,
     interval,
     limit_of,
     promising,
+    settled,
     simplest_first,
     with_limits,
     with_other_places,
@@ -56,9 +56,6 @@ LEAST_SHARE = 0.5
 
 AMBIGUOUS = 6.0
 """Two laws whose BIC differ by less than this are both named [-]."""
-
-BETTER = 10.0
-"""Fall of the cost for which constants jump to another minimum [-]."""
 
 SMALL_EXCESS = 0.3
 """Misfit beyond noise that is let pass when no law explains it, in units of the noise [-]."""
@@ -189,6 +186,11 @@ class _Search:
     def held_now(self) -> HeldOut | None:
         """What the model as grown so far foretells."""
         return self.held if self.accepted else self.held_before
+
+    def _foretold(self) -> tuple[float, float]:
+        """Errors in foretelling held-out records before and now [-]; 1 where none is held out."""
+        before, now = self.held_before, self.held_now
+        return (before.nrmse, now.nrmse) if before is not None and now is not None else (1.0, 1.0)
 
     def step(self) -> bool:
         """Try to accept one more law (or a pair); whether one was accepted."""
@@ -321,6 +323,8 @@ class _Search:
             status = "unknown" if bad else "adequate"
         elif left > SMALL_EXCESS and share < LEAST_SHARE:
             status = "unknown"
+        elif worst_ratio(self.fit) > DOMINATED and not believable(share, *self._foretold()):
+            status = "unknown"
         else:
             status = "ambiguous" if self.rivals else "named"
         blind = tuple(c.name for c in self.first if floor_visibility(self.base, c) < VISIBLE)
@@ -340,25 +344,6 @@ class _Search:
             (whiteness(self.base), whiteness(self.fit)),
             tuple(self.stages),
         )
-
-
-def settled(fit: Fit, far: bool) -> Fit:
-    """A fit with its noise law learned, the better one from here and from what the rig says.
-
-    Args:
-        fit: with a law that was just added.
-        far: whether the law's absence may have drawn the constants far away.
-
-    Returns:
-        The settled fit.
-
-    Source: tests/identification/test_diagnose.py.
-    """
-    found = settle(fit)
-    if not far:
-        return found
-    other = grown(found.model, told_start(found.model, found.x), 40)
-    return settle(other) if other.cost < found.cost - BETTER else found
 
 
 def misfit_chance(fit: Fit) -> float:

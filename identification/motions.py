@@ -12,10 +12,6 @@ from ..model.law import Scales
 from ..model.respond import law_geometry, state_history
 from .problem import Model, Problem
 
-WIDTH = 0.003
-"""Corners of laws are rounded over this share of the root mean square motion at the place [-]: at
-0.01 friction that truly sticks comes out 1.6 % too large, at 0.001 a step passes over the corner."""
-
 
 def motions(
     model: Model, x: np.ndarray, places: Sequence[str]
@@ -63,7 +59,7 @@ def with_scales(model: Model, x: np.ndarray) -> Problem:
         scales[place] = Scales(
             stretch, rate, 0.1 * (size or 1.0), stiffness, 1 / (2 * np.pi * frequency)
         )
-        widths[place] = (WIDTH * stretch, WIDTH * rate)
+        widths[place] = (problem.corner * stretch, problem.corner * rate)
     return replace(problem, scales=scales, widths=widths)
 
 

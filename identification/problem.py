@@ -43,6 +43,8 @@ class Problem:
         widths: rounding of corners by place: (stretch [m or rad], rate [m/s or rad/s]).
         scales: natural motions and forces by place.
         floor: the quietest noise law found so far of each (record, channel) [SI].
+        corner: corners of laws are rounded over this share of the root mean square motion at
+            their place [-].
     """
 
     rig: Rig
@@ -51,6 +53,7 @@ class Problem:
     widths: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     scales: Mapping[str, Scales] = field(default_factory=dict)
     floor: Mapping[Key, Noise] = field(default_factory=dict)
+    corner: float = 0.01
 
     @cached_property
     def numbers(self) -> dict[str, float]:

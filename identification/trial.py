@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..model.law import Law, Place
 from .evidence import effective_samples
-from .extend import HeldOut
-from .fit import Fit
+from .extend import HeldOut, grown, worst_ratio
+from .fit import BASIN, DOMINATED, Fit, settle, solve
+from .motions import with_scales
 from .screen import Candidate
+from .starts import told_start
+
+BETTER = 10.0
+"""Fall of the cost for which constants jump to another minimum, or corners become sharper [-];
+where errors of the model dominate, costs say less, and the limit is that of a first fit."""
+
+SHARP = 0.003
+"""Rounding of a law's corners that is tried beside the usual one [-]: dry friction that truly
+sticks has sharp ones, that of a lubricated guide has not. Steps pass over sharper ones."""
 
 LEAST_EVIDENCE = 10.0
 """Fall of BIC below which no law is accepted [-]; Kass and Raftery 1995 call 10 very strong."""
@@ -100,3 +111,44 @@ def simplest_first(trials: Sequence[Trial]) -> list[Trial]:
                 order.insert(order.index(other) + 1, trial)
                 break
     return order
+
+
+def settled(fit: Fit, far: bool) -> Fit:
+    """A fit with its noise law learned, the better one from here and from what the rig says.
+
+    Args:
+        fit: with a law that was just added.
+        far: whether the law's absence may have drawn the constants far away.
+
+    Returns:
+        The settled fit.
+
+    Source: tests/identification/test_trial.py, tests/studies/test_demo.py.
+    """
+    found = settle(fit)
+    if far:
+        found = _better(found, grown(found.model, told_start(found.model, found.x), 40))
+    if any(has_corners(law) for _, law in found.model.causes):
+        problem = with_scales(
+            replace(found.model, problem=replace(found.problem, corner=SHARP)), found.x
+        )
+        found = _better(found, solve(replace(found.model, problem=problem), found.x, 40))
+    return found
+
+
+def has_corners(law: Law) -> bool:
+    """Whether a law's force depends on how its corners are rounded."""
+    if law.force is None:
+        return False
+    seen = np.linspace(-2.0, 2.0, 41)
+    wide, sharp = (
+        np.asarray(law.force(0.5, seen, seen[::-1], Place(1.0, 1.0, width, width)))
+        for width in (0.1, 0.01)
+    )
+    return not np.allclose(wide, sharp, rtol=1e-9, atol=1e-12)
+
+
+def _better(found: Fit, other: Fit) -> Fit:
+    if worst_ratio(found) > DOMINATED:
+        return settle(other) if other.cost < BASIN * found.cost else found
+    return settle(other) if other.cost < found.cost - BETTER else found

@@ -8,6 +8,7 @@ import pytest
 from supple.identification import screen as screening
 from supple.identification.diagnose import diagnose, split_records
 from supple.identification.evidence import (
+    believable,
     delta_bic,
     effective_samples,
     excess,
@@ -112,6 +113,13 @@ def test_evidence_is_earned(softening_diagnosis, clean_fit):
     count = effective_samples(clean_fit)
     assert 0.5 * clean_fit.count < count <= clean_fit.count, "white residuals count in full"
     assert effective_samples(final) > 2 * effective_samples(base), "an error of few tones does not"
+
+
+def test_stand_ins_that_leave_much_are_not_believed():
+    assert believable(0.9, 1.0, 1.0)  # nearly all is explained
+    assert believable(0.7, 0.15, 0.06)  # or what was never seen is foretold twice as well
+    assert not believable(0.67, 0.40, 0.26)
+    assert not believable(0.67, 1.0, 1.0)  # nothing was held out
 
 
 def test_what_these_records_cannot_show_is_said(clean_diagnosis):

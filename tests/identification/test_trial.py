@@ -12,6 +12,7 @@ from supple.identification.trial import (
     GENERAL,
     LEAST_EVIDENCE,
     Trial,
+    has_corners,
     interval,
     simplest_first,
     with_limits,
@@ -77,3 +78,9 @@ def test_the_best_law_is_tried_at_every_place_that_is_worth_it():
     rest = [candidate("hysteresis", 3.0, "sleeve"), candidate("clearance", 2.0, "sleeve")]
     chosen = with_other_places([*first, *rest], 2)
     assert [c.name for c in chosen] == ["shaft/hysteresis", "wrist/clearance", "sleeve/hysteresis"]
+
+
+def test_only_laws_with_corners_are_tried_with_sharper_ones():
+    sharp = {name for name, law in library().items() if has_corners(law)}
+    assert {"coulomb_friction", "clearance"} <= sharp
+    assert not {"cubic_stiffness", "gravity", "linear_damping", "hysteresis", "sensor_gain"} & sharp
