@@ -10,14 +10,13 @@ import numpy as np
 from ..model.law import Law, Place
 from .evidence import effective_samples
 from .extend import HeldOut, grown, worst_ratio
-from .fit import BASIN, DOMINATED, Fit, settle, solve
+from .fit import DOMINATED, Fit, settle, solve
 from .motions import with_scales
 from .screen import Candidate
 from .starts import told_start
 
 BETTER = 10.0
-"""Fall of the cost for which constants jump to another minimum, or corners become sharper [-];
-where errors of the model dominate, costs say less, and the limit is that of a first fit."""
+"""Fall of the cost for which constants jump to another minimum, or corners become sharper [-]."""
 
 SHARP = 0.003
 """Rounding of a law's corners that is tried beside the usual one [-]: dry friction that truly
@@ -126,6 +125,8 @@ def settled(fit: Fit, far: bool) -> Fit:
     Source: tests/identification/test_trial.py, tests/studies/test_demo.py.
     """
     found = settle(fit)
+    if worst_ratio(found) > DOMINATED:
+        return found  # costs say little there
     if far:
         found = _better(found, grown(found.model, told_start(found.model, found.x), 40))
     if any(has_corners(law) for _, law in found.model.causes):
@@ -149,6 +150,4 @@ def has_corners(law: Law) -> bool:
 
 
 def _better(found: Fit, other: Fit) -> Fit:
-    if worst_ratio(found) > DOMINATED:
-        return settle(other) if other.cost < BASIN * found.cost else found
     return settle(other) if other.cost < found.cost - BETTER else found
