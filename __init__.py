@@ -12,7 +12,7 @@ __version__ = "0.1.0"
 os.environ["JAX_ENABLE_X64"] = "1"  # read by jax when it is first imported
 # Our matrices are small: threads of BLAS cost more than they bring, and where other programs run
 # beside, each waits for the others (a swing that needs 6 s took 265 s). Read by numpy's import.
-if not {"OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"} & os.environ.keys():
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"
+if not {"OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"} & os.environ.keys():
+    os.environ |= {"OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 if "jax" in sys.modules:  # imported before us: too late for the environment
     sys.modules["jax"].config.update("jax_enable_x64", True)

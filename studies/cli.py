@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -377,10 +376,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code: 0 done, 2 the input is at fault, 3 not to be trusted. A defect of ours is
         raised, and ends the process with 1 and a trace.
     """
-    # small matrices: a second thread of the linear algebra costs more than it brings, and jax
-    # has threads of its own; only effective before numpy is imported, hence here
-    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
     from .engine import start_engine
 
     start_engine()  # jax looks at its environment once, when it is imported: hence here

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .engine import start_engine, write_together
-from .listing import markdown, printed
+from .engine import start_engine
+from .listing import printed, written
 from .study import Call, Study
 
 SPEEDS = (30.0, 45.0)
@@ -72,7 +71,7 @@ def compare(call: Call) -> dict[str, Any]:
                 for hold in ("grip", "chord"):
                     call.progress(f"{fidelity}, {speed:g} m/s, {hold}")
                     _one(found, golfer, rigs[fidelity], hold, speed)
-    _write(found, call.out)
+    written("feed_forward", found, HEADINGS, rows_of(found), words_of(found), call.out)
     return found
 
 
@@ -136,17 +135,6 @@ def words_of(found: Mapping[str, Any]) -> list[str]:
         told = ", ".join(f"{error:.3g}° × {rough:.3f}" for error, rough in pairs)
         lines.append(f"{one['speed']:g} m/s, {one['hold']}: error before impact, jerk: {told}.")
     return lines
-
-
-def _write(found: Mapping[str, Any], out: Path | None) -> None:
-    if out is None:
-        return
-    text = "\n".join([*markdown(HEADINGS, rows_of(found)), "", *words_of(found), ""])
-    whole = json.dumps(found, indent=2, allow_nan=False) + "\n"
-    write_together(out, {
-        "feed_forward.md": lambda path: path.write_text(text, encoding="utf-8"),
-        "feed_forward.json": lambda path: path.write_text(whole, encoding="utf-8"),
-    })  # fmt: skip
 
 
 def show(found: Mapping[str, Any]) -> None:

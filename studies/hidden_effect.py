@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import multiprocessing
-import os
 import subprocess
 import sys
 import tempfile
@@ -168,9 +167,8 @@ def draw_case(bench: str, seed: int, folder: Path) -> list[Path]:
     """
     command = [sys.executable, "-m", "tests.lab", "draw", "--bench", bench, "--seed", str(seed)]
     command += ["--effects", "2"] if seed % TWO_EVERY == TWO_EVERY - 1 else []
-    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
     told = subprocess.run(
-        [*command, "--out", str(folder)], cwd=ROOT, env=environment, capture_output=True, text=True
+        [*command, "--out", str(folder)], cwd=ROOT, capture_output=True, text=True
     )
     if told.returncode:
         words = told.stderr.strip().splitlines()

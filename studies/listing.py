@@ -2,13 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from .engine import write_together
 
 
 def markdown(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     """Lines of a table in Markdown; cells are text with their units [-]."""
     whole = [headings, ("---",) * len(headings), *rows]
     return ["| " + " | ".join(row) + " |" for row in whole]
+
+
+def written(
+    name: str,
+    found: Mapping[str, Any],
+    headings: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    below: Iterable[str],
+    out: Path | None,
+) -> None:
+    """Write what a study found as ``name.json`` and its table as ``name.md``, or nothing.
+
+    Raises:
+        ValueError: where the folder cannot be written to.
+    """
+    texts = {
+        f"{name}.md": "\n".join([*markdown(headings, rows), "", *below, ""]),
+        f"{name}.json": json.dumps(found, indent=2, allow_nan=False) + "\n",
+    }
+    write_together(
+        out,
+        {file: lambda path: path.write_text(texts[path.name], encoding="utf-8") for file in texts},
+    )
 
 
 def printed(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from .engine import start_engine, write_together
-from .listing import markdown, printed
+from .engine import start_engine
+from .listing import printed, written
 from .study import Call, Study
 
 WAVES = ("instantaneous", "square", "half_sine", "suppressed_half_sine", "s_curve")
@@ -74,7 +73,7 @@ def compare(call: Call, fidelity: str = "thesis") -> dict[str, Any]:
             began = time.perf_counter()
             rows += _case(read_task(folder / "task.toml"), rig, call)
             found["seconds"].append(round(time.perf_counter() - began, 2))
-    _write(found, call.out)
+    written("swing_methods", found, HEADINGS, rows_of(found), words_of(found), call.out)
     return found
 
 
@@ -201,17 +200,6 @@ def words_of(found: Mapping[str, Any]) -> list[str]:
     if found["fidelity"] == "planar":
         lines.append("Shapers cancel vibration of a linear robot; this one is not.")
     return lines
-
-
-def _write(found: Mapping[str, Any], out: Path | None) -> None:
-    if out is None:
-        return
-    text = "\n".join([*markdown(HEADINGS, rows_of(found)), "", *words_of(found), ""])
-    whole = json.dumps(found, indent=2, allow_nan=False) + "\n"
-    write_together(out, {
-        "swing_methods.md": lambda path: path.write_text(text, encoding="utf-8"),
-        "swing_methods.json": lambda path: path.write_text(whole, encoding="utf-8"),
-    })  # fmt: skip
 
 
 def show(found: Mapping[str, Any]) -> None:

@@ -17,7 +17,8 @@ threads = open("/proc/self/status").read().split("Threads:")[1].split()[0]
 import jax
 print(int(threads) == 1, jax.numpy.zeros(1).dtype)
 """
-FREE = "[os.environ.pop(name, None) for name in ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS')]"
+NAMES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+FREE = f"[os.environ.pop(name, None) for name in {NAMES}]"
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").is_file(), reason="no list of threads here")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -134,8 +133,7 @@ def ask_bench(words: Sequence[str]) -> None:
     from ..hidden_effect import ROOT
 
     command = [sys.executable, "-m", "tests.lab", *words]
-    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
-    told = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
+    told = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     if told.returncode:
         said = told.stderr.strip().splitlines()
         raise ValueError(
