@@ -34,6 +34,10 @@ HOPELESS = 100.0
 """A quick refit that is worse than the best one by more than this, and by more than a fifth of
 what that gained, is not repeated on the whole records; units of the noise's variance [-]."""
 
+BEHIND = 0.3
+"""A quick refit at its minimum whose cost is behind the best one's by more than this share of it is
+not repeated on the whole records either [-]."""
+
 WORTH = 0.2
 """Laws that promise less than this share of the best law's gain are not refitted [-]."""
 
@@ -42,7 +46,7 @@ SIGNIFICANCE = 1e-3
 
 UNASKED = 1e-6
 """The same where the absolute misfit is within the noise already: a relative score alone must be
-beyond doubt there [-]."""
+beyond doubt there [-], and the law explain most of what is left and foretell better."""
 
 MISFIT_SHOWN = 0.01
 """Chance of the worst channel's misfit under the noise, below which there is one [-]."""
@@ -224,20 +228,35 @@ class _Search:
         for candidate in with_limits(promising(self.fit, chosen), open_):
             self.progress(f"trying {candidate.name}")
             quick.append((extend(start, candidate, 10), candidate))
-        quick.sort(key=lambda pair: pair[0].cost)
         found: list[Trial] = []
-        best = quick[0][0].cost
-        limits = {limit_of(candidate) for _, candidate in quick[:1]}  # never left out
-        for rank, (fit, candidate) in enumerate(quick):
-            hopeless = fit.cost - best > max(HOPELESS, 0.2 * (start.cost - best))
-            if (rank > 2 or (rank and hopeless)) and candidate.name not in limits:
-                continue
+        for fit, candidate in self._worth_whole(start, quick):
             whole = replace(
                 fit.model, problem=self.fit.problem, allowances=self.fit.model.allowances
             )
             full = solve(whole, fit.x, 25)
             found.append(Trial(candidate, full, delta_bic(self.fit, full)))
         return simplest_first(found)
+
+    def _worth_whole(
+        self, start: Fit, quick: list[tuple[Fit, Candidate]]
+    ) -> list[tuple[Fit, Candidate]]:
+        """Quick refits that are worth a refit on the whole records, each at its own minimum."""
+        quick.sort(key=lambda pair: pair[0].cost)
+        best = quick[0][0].cost
+        limits = {limit_of(candidate) for _, candidate in quick[:1]}  # never left out
+        near = []
+        for rank, (fit, candidate) in enumerate(quick):
+            hopeless = fit.cost - best > max(HOPELESS, 0.2 * (start.cost - best))
+            if (rank > 2 or (rank and hopeless)) and candidate.name not in limits:
+                continue
+            near.append((solve(fit.model, fit.x, 30), candidate))
+        near.sort(key=lambda pair: pair[0].cost)
+        best = near[0][0].cost
+        return [
+            (fit, candidate)
+            for fit, candidate in near
+            if candidate.name in limits or fit.cost - best < max(HOPELESS, BEHIND * best)
+        ]
 
     def _judge(self, trial: Trial, before: Fit) -> Trial:
         """Accept or refuse one trial, in words."""
@@ -247,8 +266,8 @@ class _Search:
             return replace(trial, verdict=f"refused: BIC falls by only {trial.delta_bic:.1f}")
         fit = settled(trial.fit, worst_ratio(before) > DOMINATED)
         trial = replace(trial, fit=fit)
-        share = explained(before, fit)
-        if share < LEAST_STEP:
+        share, shown = explained(before, fit), misfit_chance(before) < MISFIT_SHOWN
+        if share < (LEAST_STEP if shown else LEAST_SHARE):
             words = f"refused: it explains only {100 * share:.0f} % of the misfit beyond the noise"
             return replace(trial, verdict=words)
         index = fit.index(trial.candidate.entry.label)
@@ -262,7 +281,7 @@ class _Search:
             return replace(trial, verdict=f"refused: it only replaces {which}")
         told, held = self._foretell(fit), self.held_now
         trial = replace(trial, held=told)
-        if told is not None and held is not None and not _gains(held, told):
+        if told is not None and held is not None and not _gains(held, told, shown):
             return replace(trial, verdict=NO_GAIN)
         return replace(trial, verdict="accepted")
 
@@ -360,10 +379,10 @@ SIMPLER = "refused: its simpler case foretells held-out records better"
 NO_GAIN = "refused: held-out records are foretold no better"
 
 
-def _gains(before: HeldOut, after: HeldOut) -> bool:
-    """Whether held-out records are foretold better, or were at the noise already."""
+def _gains(before: HeldOut, after: HeldOut, shown: bool) -> bool:
+    """Whether held-out records are foretold better, or were at the noise where misfit `shown`."""
     if before.nrmse < 1.15 * before.noise_floor:
-        return after.nrmse < 1.02 * before.nrmse
+        return after.nrmse < (1.02 if shown else 1.0) * before.nrmse
     reach = before.nrmse**2 - min(before.noise_floor, after.noise_floor) ** 2
     return before.nrmse**2 - after.nrmse**2 > 0.05 * reach
 

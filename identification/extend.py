@@ -10,7 +10,6 @@ import numpy as np
 from .allowance import Allowance
 from .fit import DOMINATED, Fit, solve
 from .free import Entry
-from .noise import choose_noise
 from .prepare import Prepared, coarser, shortened
 from .problem import Key, Model, Problem, base_entries, opening_model, rough_noise
 from .screen import Candidate
@@ -116,12 +115,15 @@ def extend(fit: Fit, candidate: Candidate, evaluations: int = 12) -> Fit:
     starts = [max(step, low)]
     if worst_ratio(fit) > DOMINATED:
         starts.append(0.5 if abs(step) < 0.05 else float(np.sign(step)))
+    shapes = [shape.value / shape.scale for shape in candidate.shapes]
+    points = [_begun(model, np.append(fit.x, [start, *shapes])) for start in starts]
+    if all(np.isfinite(cost) for _, cost in points):  # the openings tell which start is better
+        points = [min(points, key=lambda point: point[1])]
     best: Fit | None = None
-    for start in starts:
+    for x, _ in points:
         if best is not None and best.cost < 0.5 * fit.cost:
             break
-        shapes = [shape.value / shape.scale for shape in candidate.shapes]
-        trial = grown(model, np.append(fit.x, [start, *shapes]), evaluations)
+        trial = solve(model, x, evaluations)
         if best is None or trial.cost < best.cost:
             best = trial
     assert best is not None
@@ -133,11 +135,18 @@ def grown(model: Model, x: np.ndarray, evaluations: int) -> Fit:
 
     `x` are the scaled unknowns [-].
     """
+    return solve(model, _begun(model, x)[0], evaluations)
+
+
+def _begun(model: Model, x: np.ndarray) -> tuple[np.ndarray, float]:
+    """Unknowns that fit the openings of long decays, and the cost there; infinite for others."""
+    cost = np.inf
     for horizon in (4.0, 20.0):
         longest = max(p.frequency * p.count * p.step for p in model.problem.records)
         if all(p.free for p in model.problem.records) and longest > 1.5 * horizon:
-            x = solve(replace(model, horizon=horizon), x, 8).x
-    return solve(model, x, evaluations)
+            found = solve(replace(model, horizon=horizon), x, 8)
+            x, cost = found.x, found.cost
+    return x, cost
 
 
 def worst_ratio(fit: Fit) -> float:
@@ -178,7 +187,7 @@ def held_out(fit: Fit, problem: Problem) -> HeldOut:
             gap = found.residual_of(key)
             errors[key] = float(np.sqrt(np.mean(gap**2)))
             sizes[key] = float(np.std(sensor.values)) or 1.0
-            noises[key] = choose_noise(gap, found.predicted[key])[0].marginal_std
+            noises[key] = found.judged[key][0].marginal_std
             means[key] = float(np.mean(np.abs(gap)) / np.max(np.abs(sensor.values)))
     return HeldOut(found, errors, sizes, noises, means)
 

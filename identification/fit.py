@@ -86,9 +86,14 @@ class Fit:
         return self.sensor_of(key).values - self.predicted[key]
 
     @cached_property
+    def judged(self) -> dict[Key, tuple[Noise, Misfit]]:
+        """Noise law [SI] that each (record, channel) shows, and the misfit against it."""
+        return {key: noise_of(self.sensor_of(key), self.predicted[key]) for key in self.keys}
+
+    @cached_property
     def misfits(self) -> dict[Key, Misfit]:
         """Absolute misfit of each (record, channel), against the noise that its residual shows."""
-        return {key: noise_of(self.sensor_of(key), self.predicted[key])[1] for key in self.keys}
+        return {key: misfit for key, (_, misfit) in self.judged.items()}
 
     @cached_property
     def keys(self) -> tuple[Key, ...]:
@@ -173,7 +178,7 @@ def learn_noise(fit: Fit) -> dict[Key, Noise]:
     """
     found, floor = {}, fit.problem.floor
     for key in fit.keys:
-        noise, _ = noise_of(fit.sensor_of(key), fit.predicted[key])
+        noise, _ = fit.judged[key]
         if key in floor and floor[key].marginal_std < 0.95 * noise.marginal_std:
             noise = floor[key]
         found[key] = noise
@@ -281,7 +286,11 @@ def fit_base(problem: Problem) -> Fit:
         for start in other_starts(near, best.x):
             fit = _grown(near, start)
             best = fit if fit.cost < BASIN * best.cost else best
-    return settle(_with_known_starts(solve(model, best.x, 60)))
+    return settle(_with_known_starts(solve(model, best.x, ENTRY)))
+
+
+ENTRY = 15
+"""Evaluations on the whole records before their noise is learned [-]; the fit goes on after it."""
 
 
 BASIN = 0.5

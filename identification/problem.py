@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -16,6 +16,7 @@ from ..model.plant import Plant, numbers_vector
 from ..model.respond import simulate, tangents
 from ..model.rig import Rig
 from .allowance import Allowance, Marginal, marginal_of
+from .beside import each
 from .faults import FaultyReading, faulty_readings, told_motion
 from .free import Entry, day_entries, drive_entries, nuisance_entries, rig_entries, slot_index
 from .noise import Noise, Trust, trust_of
@@ -194,15 +195,24 @@ class Model:
 
     def predict(self, x: np.ndarray, finer: int = 1) -> dict[Key, np.ndarray]:
         """What each channel should have read, by (record, channel) [SI]."""
-        found = {}
-        for prepared in self.problem.records:
-            grid = self.grid(prepared, x, finer)
+
+        def read(prepared: Prepared) -> dict[Key, np.ndarray]:
+            grid, found = self.grid(prepared, x, finer), {}
             for index, sensor in enumerate(prepared.sensors):
                 seen = sample(sensor, grid[:, index])
                 for faulty in self.faults(prepared, sensor, x):
                     seen = faulty.read(seen, sensor.step)
                 found[prepared.name, sensor.channel.name] = seen
+            return found
+
+        found: dict[Key, np.ndarray] = {}
+        for one in each(read, self.problem.records, lambda p: ("read", finer, *self._code(p))):
+            found |= one
         return found
+
+    def _code(self, prepared: Prepared) -> tuple[Hashable, ...]:
+        """What the compiled code that simulates a record depends on."""
+        return self.plant(prepared), self.substeps(prepared), prepared.inputs.shape
 
     def residual(self, x: np.ndarray) -> np.ndarray:
         """Whitened measured minus simulated of all channels, then the priors' pulls [-]."""
@@ -256,40 +266,47 @@ class Model:
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Derivative of `residual`, exact, shape (residuals, entries) [-]."""
-        blocks = []
-        for prepared in self.problem.records:
-            record: list[np.ndarray] = []
-            columns = self.sensitivity(prepared, x)
-            faulty = any(law.fault is not None for _, law in self.causes)
-            grid = self.grid(prepared, x) if faulty else None
-            for index, sensor in enumerate(prepared.sensors):
-                noise = self.noises[prepared.name, sensor.channel.name]
-                moved = sample(sensor, columns[index])
-                if grid is not None:
-                    seen = sample(sensor, grid[:, index])
-                    moved = self._read_along(prepared, sensor, x, seen, moved)
-                block = -noise.whiten(moved)
-                record.append(self._cut(prepared, sensor, block))
-            blocks.append(self.allowed(prepared, np.concatenate(record)))
+
+        def code(prepared: Prepared) -> tuple[Hashable, ...]:
+            return "slopes", self._lanes(prepared), *self._code(prepared)
+
+        blocks = each(lambda p: self._slopes(p, x), self.problem.records, code)
         return np.concatenate([*blocks, np.diag(self._prior_rate())[self._has_prior]])
 
-    def sensitivity(self, prepared: Prepared, x: np.ndarray) -> list[np.ndarray]:
-        """Derivative of each sensor's grid by x, one array (padded, entries) a sensor [SI]."""
+    def _slopes(self, prepared: Prepared, x: np.ndarray) -> np.ndarray:
+        """One record's rows of the Jacobian, its channels stacked [-]."""
+        faulty = any(law.fault is not None for _, law in self.causes)
+        which = list(range(len(self.entries))) if faulty else [i for i, _ in self.links(prepared)]
+        grid = self.grid(prepared, x) if faulty else None
+        moved, record = self.sensitivity(prepared, x), []
+        for index, sensor in enumerate(prepared.sensors):
+            columns = sample(sensor, moved[:, index, which])
+            if grid is not None:
+                seen = sample(sensor, grid[:, index])
+                columns = self._read_along(prepared, sensor, x, seen, columns)
+            noise = self.noises[prepared.name, sensor.channel.name]
+            record.append(self._cut(prepared, sensor, -noise.whiten(columns)))
+        own = self.allowed(prepared, np.concatenate(record))
+        rows = np.zeros((len(own), len(self.entries)))  # others' numbers do not move this record
+        rows[:, which] = own
+        return rows
+
+    def _lanes(self, prepared: Prepared) -> int:
+        """Directions that a record's derivatives are computed along, filled up [-]."""
+        return max(padded_lanes(len(self.links(prepared))), self.problem.lanes)
+
+    def sensitivity(self, prepared: Prepared, x: np.ndarray) -> np.ndarray:
+        """Derivative of each sensor's grid by x, shape (padded, sensors, entries) [SI]."""
         plant, links = self.plant(prepared), self.links(prepared)
-        lanes = max(padded_lanes(len(links)), self.problem.lanes)
-        directions = np.zeros((lanes, plant.size))
+        directions = np.zeros((self._lanes(prepared), plant.size))
         for lane, (i, at) in enumerate(links):
             directions[lane, at] = self.scale[i]
         z, arguments = self.vector(prepared, x), self.arguments(prepared)
         moved = np.asarray(tangents(plant, self.substeps(prepared), z, directions, *arguments))
         # a simulation that ran away is a constant to `residual`: its slope is zero
         moved = np.where(np.isfinite(moved), moved, 0.0)
-        where = [i for i, _ in links]
-        found = []
-        for index in range(len(prepared.sensors)):
-            columns = np.zeros((moved.shape[1], len(self.entries)))
-            columns[:, where] = moved[: len(links), :, index].T
-            found.append(columns)
+        found = np.zeros((*moved.shape[1:], len(self.entries)))
+        found[:, :, [i for i, _ in links]] = moved[: len(links)].transpose(1, 2, 0)
         return found
 
     def faults(self, prepared: Prepared, sensor: Sensor, x: np.ndarray) -> list[FaultyReading]:

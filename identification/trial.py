@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..model.law import Law, Place
+from ..model.law import Law, Place, library
 from .evidence import effective_samples
 from .extend import HeldOut, grown, worst_ratio
 from .fit import DOMINATED, Fit, settle, solve
@@ -43,6 +43,20 @@ class Trial:
     delta_bic: float
     held: HeldOut | None = None
     verdict: str = ""
+
+    @property
+    def law(self) -> Law:
+        """The law to name: the simpler one that the candidate's is where its shape says so.
+
+        A contact that sticks gives a little before it slides: what fits it is hysteresis with a
+        short knee, and what an engineer calls it is dry friction.
+        """
+        law, shapes = self.candidate.law, self.candidate.shapes
+        if not law.limit or not shapes:
+            return law
+        knee = self.fit.value(self.fit.index(shapes[0].label))
+        reach = self.fit.problem.scales[self.candidate.place].stretch
+        return library()[law.limit] if knee < law.limit_share * reach else law
 
 
 def limit_of(candidate: Candidate) -> str:

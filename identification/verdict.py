@@ -37,7 +37,7 @@ def amount(value: float, std: float, unit: str) -> str:
 def cause_json(trial: Trial, fit: Fit, probability: float) -> dict[str, Any]:
     """One accepted cause with its strength in `fit` [SI]."""
     candidate = trial.candidate
-    law, entry = candidate.law, candidate.entry
+    law, entry = trial.law, candidate.entry
     index = fit.index(entry.label)
     value, std = fit.value(index), fit.std(index)
     mechanism = fit.problem.mechanism
@@ -174,7 +174,7 @@ def next_of(diagnosis: Diagnosis) -> str:
             "Add a sensor next to the place, or a test that moves it alone; look at the residual "
             "against displacement and velocity below."
         )
-    cures = [trial.candidate.law.cure for trial in diagnosis.accepted]
+    cures = [trial.law.cure for trial in diagnosis.accepted]
     return " ".join(dict.fromkeys(cures))
 
 

@@ -130,6 +130,8 @@ class Law:
         shapes: its further numbers, always above 0.
         limit: the simpler law that it becomes at an end of its shapes: where that one does nearly
             as well, it is the one to name.
+        limit_share: share of the stretch's root mean square below which its first shape is at
+            that end [-].
         formula: the equation, for the report.
         sentence: what it means, for the report; ``{place}``, ``{value}`` are filled in.
         cure: what an engineer would try.
@@ -154,6 +156,7 @@ class Law:
     memory: Memory | None = None
     shapes: tuple[Shape, ...] = ()
     limit: str = ""
+    limit_share: float = 0.0
     fault: Fault | None = None
     of_channel: bool = False
 

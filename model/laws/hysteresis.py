@@ -45,6 +45,7 @@ LAW = Law(
         ),
     ),
     limit="coulomb_friction",
+    limit_share=0.05,  # dry contacts slide after a small part of their way
     formula="f = F z, knee dz/dt = v - |v| z",
     sentence="The {place} has hysteresis: up to {value} of its force lags behind the way gone.",
     cure="Look for rubbing layers or a sticking contact line; a smaller preload narrows the loop.",
