@@ -292,7 +292,7 @@ def history_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:
         trial = diagnosis.accepted[index - 1] if index else None
         rows.append(
             {
-                "law": trial.candidate.law.name if trial else "",
+                "law": trial.law.name if trial else "",
                 "place": trial.candidate.place if trial else "",
                 "reduced_chi2": 1.0 + excess(fit),
                 "bic": fit.cost + len(fit.x) * float(np.log(max(fit.count, 2))),

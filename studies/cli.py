@@ -157,6 +157,28 @@ def diagnose(
 
 
 @command
+def experiment(
+    diagnosis: Annotated[
+        Path, typer.Argument(metavar="DIAGNOSIS", help="A diagnosis.json; its records still lie.")
+    ],
+    most: Annotated[
+        float, typer.Option("--most", metavar="FACTOR", help="What amplitudes the rig may bear.")
+    ] = 2.0,
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Say which test to make next to tell the causes that are left apart; factor in [-]."""
+    from .engine import progress_of
+    from .experiment import propose_experiment, show_experiment
+
+    session = Session(out, seed, as_json, quiet)
+    result = propose_experiment(diagnosis, most, seed, progress_of(session.talks))
+    finish(session, result, "experiment.json", show_experiment)
+
+
+@command
 def coupon(
     files: Annotated[
         list[Path],

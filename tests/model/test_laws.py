@@ -25,6 +25,7 @@ NAMED = {
     "gravity",
     "hysteresis",
     "relaxation",
+    "slip",
     "stiffness_drift",
     "sensor_offset",
     "sensor_delay",

@@ -25,7 +25,12 @@ CHAIN = Chain(("cart",), (("spring", "ground", "cart"),))
 PLANT = Plant(CHAIN, (Port("cart", "force"),), (Port("cart", "position"),), ("spring",))
 START = (0.1, -0.3)
 LASTING = {name: law for name, law in library().items() if law.memory is not None}
-CASES = {"hysteresis": (0.4, 0.03), "relaxation": (6.0, 0.12), "stiffness_drift": (1.5,)}
+CASES = {
+    "hysteresis": (0.4, 0.03),
+    "relaxation": (6.0, 0.12),
+    "slip": (0.4, 0.04),
+    "stiffness_drift": (1.5,),
+}
 SCALES = Scales(stretch=0.05, rate=0.6, force=2.0, stiffness=40.0, time=0.08)
 
 
@@ -58,11 +63,13 @@ def integrated(name: str, numbers: tuple[float, ...], times: np.ndarray) -> np.n
     def memory_rate(t: float, x: float, v: float, s: float) -> float:
         if name == "hysteresis":
             return (v - abs(v) * s) / numbers[1]
+        if name == "slip":
+            return v / numbers[1] if abs(s) < 1 or s * v < 0 else 0.0
         return (x - s) / numbers[1] if name == "relaxation" else 1.0
 
     def force(x: float, s: float) -> float:
-        if name == "hysteresis":
-            return numbers[0] * s
+        if name in ("hysteresis", "slip"):
+            return numbers[0] * min(max(s, -1.0), 1.0)
         return numbers[0] * (x - s) if name == "relaxation" else numbers[0] * s * x
 
     def rates(t: float, y: np.ndarray) -> list[float]:
@@ -71,7 +78,7 @@ def integrated(name: str, numbers: tuple[float, ...], times: np.ndarray) -> np.n
         return [v, total / MASS, memory_rate(t, x, v, s)]
 
     loaded = 1 - np.exp(-START[0] / numbers[1]) if name == "hysteresis" else 0.0
-    begin = {"hysteresis": loaded, "relaxation": START[0], "stiffness_drift": 0.0}[name]
+    begin = {"hysteresis": loaded, "relaxation": START[0], "slip": 1.0, "stiffness_drift": 0.0}[name]
     found, y = [START[0]], [*START, begin]
     for low, high in pairwise(times):
         y = solve_ivp(rates, (low, high), y, method="DOP853", rtol=1e-10, atol=1e-13).y[:, -1]
@@ -142,6 +149,7 @@ def test_a_closed_path_never_gives_energy(name):
     law, rng = LASTING[name], np.random.default_rng(3)
     memory_law = law.memory
     assert memory_law is not None
+    spent = []
     for _ in range(20):
         shapes = [np.float64(shape.trials(SCALES)[1] * rng.uniform(0.3, 3)) for shape in law.shapes]
         waves = rng.normal(size=3) * 0.05
@@ -156,7 +164,9 @@ def test_a_closed_path_never_gives_energy(name):
                 memory = memory_law.advance(shapes, memory, before, after, 1e-3)
                 new = memory_law.force(1.0, shapes, memory, after[0], 0)
                 work[lap] += 0.5 * float(old[0] + new[0]) * (then - now)
-        assert work[2] > 0
+        spent.append(work[2])
+    # a short path may stay where slip is elastic: nothing is lost there, and nothing gained
+    assert min(spent) > -1e-12 and sorted(spent)[5] > 1e-6
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -177,6 +187,7 @@ def test_a_motion_from_the_door_is_marched_over_its_pieces_as_one(name):
         x, v, s = y
         force = memory.force(CASES[name][0], shapes, [s], x, v)
         rate = {"hysteresis": lambda: (v - abs(v) * s) / shapes[0],
+                "slip": lambda: v / shapes[0] if abs(s) < 1 or s * v < 0 else 0.0,
                 "relaxation": lambda: (x - s) / shapes[0],
                 "stiffness_drift": lambda: 1.0}[name]()  # fmt: skip
         return [v, (push - STIFFNESS * x - DAMPING * v - force) / MASS, rate]
