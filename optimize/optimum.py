@@ -16,7 +16,8 @@ from scipy.optimize import minimize
 
 from ..model.drives import Drive
 from ..model.exact import Plan, plan_of, traced_outputs
-from .sweep import GRIP, Map, SweepTask, score_designs
+from .sweep import Map, SweepTask, score_designs
+from .sweep_designs import GRIP
 
 HIGHEST = ("log_decrement", "log_decrement_local", "log_decrement_modal")
 """Scores whose best value is the highest; of the others it is the lowest."""

@@ -15,38 +15,24 @@ from ..model.drives import Drive
 from ..model.energies import mass_matrix
 from ..model.linear import Mechanism, Port
 from . import sweep_scores as score
+from .sweep_designs import tile_scores
 from .sweep_marks import mark_beyond, mark_changes
-from .sweep_tile import (
-    Grid,
-    Tile,
-    dominant_mode,
-    doubtful,
-    exactly_sampled,
-    lowest_bins,
-    samples,
-    tile_of,
-)
+from .sweep_tile import Grid
 
-TILE = 512
-"""Designs of one tile at most [-]: what a kill can lose, and what is compiled once."""
+TILE = 1408
+"""Designs of one tile at most [-]: what a kill can lose; four make a map of 75 by 75."""
 
-FEW = 128
-"""So many designs off the grid, or fewer, are filled up to this number; others to tiles [-]."""
+FEW = (128, 512)
+"""Numbers to which fewer designs off the grid are filled up; more of them to tiles [-]."""
 
 TILE_BYTES = 64e6
 """Samples of one tile take at most this much [byte]."""
 
-CHUNK_SAMPLES = 2**18
-"""Samples that are worked on together, so that they stay near the processor [-]."""
-
 WORKERS = 2
 """Tiles that are worked on side by side at most: the work leaves Python to numpy and jax [-]."""
 
-BINS = 16
-"""First bins of the spectrum, among which the largest is looked for at first [-]."""
-
-GRIP = Port("grip", "position", "collet")
-"""What a grip's peak displacement is read from [m]."""
+KEPT_BYTES = 2**25 - 2**16
+"""Size of the block that teaches the allocator to keep memory; glibc learns up to 32 MiB [byte]."""
 
 SHAPE = "dominant_shape"
 MODE_FIELDS = ("dominant_frequency", "dominant_damping_ratio")
@@ -266,6 +252,7 @@ def sweep(
     sheet = sheet or blank_sheet(task)
     work, resumed = TileWork(task, task.grid(), _scales(task)), int(np.sum(sheet.done))
     left = np.flatnonzero(np.asarray(sheet.done) == 0).tolist()
+    _keep_memory()
     for tile, (fields, shape) in (workers or _side_by_side)(work, left):
         low, high = tile * task.tile, min((tile + 1) * task.tile, task.count)
         for name, values in fields.items():
@@ -315,7 +302,7 @@ class TileWork:
         """Fields and mode shapes of one tile, filled up with its last design [SI]."""
         task = self.task
         designs = np.minimum(tile * task.tile + np.arange(task.tile), task.count - 1)
-        return _tile(task, self.grid, self.scales, task.numbers_of(designs))
+        return tile_scores(task, self.grid, self.scales, task.numbers_of(designs))
 
 
 def _side_by_side(work: TileWork, tiles: list[int]) -> Iterator[tuple[int, Result]]:
@@ -352,14 +339,25 @@ def score_designs(task: SweepTask, numbers: Mapping[str, np.ndarray]) -> dict[st
     _check_scores(task)
     grid, scales = task.grid(), _scales(task)
     count = len(next(iter(numbers.values())))
-    width = min(task._most, FEW if count <= FEW else TILE)
+    width = min(task._most, next((few for few in FEW if count <= few), TILE))
     found = {name: np.empty(count) for name in task.scores}
     for low in range(0, count, width):
         designs = np.minimum(np.arange(low, low + width), count - 1)
-        fields, _ = _tile(task, grid, scales, {name: v[designs] for name, v in numbers.items()})
+        fields, _ = tile_scores(
+            task, grid, scales, {name: v[designs] for name, v in numbers.items()}
+        )
         for name, values in found.items():
             values[low : low + width] = fields[name][: count - low]
     return found
+
+
+def _keep_memory() -> None:
+    """Have freed memory kept for the next array: to get it back from the system takes as long.
+
+    glibc keeps blocks up to the largest that was ever mapped on its own and freed. This one is
+    never written to.
+    """
+    np.empty(KEPT_BYTES, np.int8)
 
 
 def _check_scores(task: SweepTask) -> None:
@@ -377,67 +375,3 @@ def _scales(task: SweepTask) -> np.ndarray:
     n = len(task.mechanism.coordinates)
     rows = task.mechanism.rows({**task.numbers, **first})
     return np.sqrt(np.diagonal(np.asarray(mass_matrix(rows))[:n, :n]))
-
-
-def _tile(
-    task: SweepTask, grid: Grid, scales: np.ndarray, varied: Mapping[str, np.ndarray]
-) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Fields and mode shapes of one tile of designs."""
-    fixed = {name: v for name, v in task.numbers.items() if name not in varied}
-    sensors = (task.sensor, GRIP) if "grip_displacement_peak" in task.scores else (task.sensor,)
-    tile = tile_of(task.mechanism, varied, fixed, task.drive, grid, sensors)
-    mode = dominant_mode(tile, scales)
-    size = np.hypot(2 * np.pi * mode.frequency, mode.decay)
-    found = {
-        "dominant_frequency": mode.frequency,
-        "dominant_damping_ratio": mode.decay / np.where(size > 0, size, 1.0),
-    }
-    if "log_decrement_modal" in task.scores:
-        found["log_decrement_modal"] = mode.decrement
-    sampled = tuple(name for name in task.scores if name != "log_decrement_modal")
-    if sampled:
-        found |= _sampled(task, grid, tile, varied, sensors, sampled)
-    shape = np.stack([np.real(mode.shape), np.imag(mode.shape)], axis=2)
-    return found, shape.astype(np.float32)
-
-
-def _sampled(
-    task: SweepTask,
-    grid: Grid,
-    tile: Tile,
-    varied: Mapping[str, np.ndarray],
-    sensors: tuple[Port, ...],
-    names: tuple[str, ...],
-) -> dict[str, np.ndarray]:
-    """Scores that need samples, chunk by chunk; designs of one period side by side."""
-    count, within = len(tile.poles), grid.times[grid.low : grid.high]
-    found = {name: np.empty(count) for name in names}
-    order, bins = np.arange(count), None
-    mechanism, planar = task.mechanism, task.planar
-    modal = bool(tile.segments) and not planar
-    if "log_decrement" in names and modal and tile.is_whole and grid.count > 2 * BINS:
-        bins = lowest_bins(tile, grid, 0, BINS)
-        order = np.argsort(np.argmax(bins, axis=1), kind="stable")
-    width = max(1, CHUNK_SAMPLES // grid.count)
-    for low in range(0, count, width):
-        chosen = order[low : low + width]
-        exactly, curves, peaks = np.ones(len(chosen), bool), None, []
-        if modal:
-            part = tile.take(chosen)
-            curves = [samples(part, grid, k) for k in range(len(sensors))]
-            peaks = [score.peak(y) for y in curves]
-            doubts = [doubtful(part, k, largest) for k, largest in enumerate(peaks)]
-            exactly = np.any(doubts, axis=0)
-        if exactly.any():
-            own = {name: values[chosen[exactly]] for name, values in varied.items()}
-            told = exactly_sampled(mechanism, task.numbers, own, task.drive, grid, sensors, planar)
-            curves = curves or [np.empty(told.shape[:2]) for _ in sensors]
-            for k, curve in enumerate(curves):
-                curve[exactly] = told[:, :, k]
-            peaks = [score.peak(y) for y in curves]
-        assert curves is not None
-        known = None if bins is None else bins[chosen]
-        told = score.scores_of(names, within, curves, peaks, known, exactly)
-        for name, values in told.items():
-            found[name][chosen] = np.where(np.isfinite(peaks[0]), values, np.nan)
-    return found

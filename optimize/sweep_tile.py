@@ -16,15 +16,14 @@ from ..model.linear import Mechanism, Port, state_space
 from ..model.motion import respond_batch
 from ..model.planar_batch import respond_planar_batch
 from ..model.robot import Robot
+from .sweep_growth import by_design, growth, halves, powers
+from .sweep_poles import Modes, gain_of, has_minors, modes_of
 
 BLOCK = 64
 """Samples that one block of powers spans [-]."""
 
 MOST_JUMPS = 16
 """Jumps of a drive up to which its response is put together from modes [-]."""
-
-STILL = 1e-12
-"""A pole smaller than this share of the largest is one at rest [-]."""
 
 CANCELS = 1e4
 """Modes this much larger than what they add up to have lost too many digits [-]."""
@@ -99,6 +98,11 @@ class Tile:
         """Whether one segment fills the window."""
         return len(self.segments) == 1
 
+    @property
+    def is_free(self) -> bool:
+        """Whether it is left to itself all along."""
+        return self.is_whole and not self.segments[0].force
+
     def take(self, chosen: np.ndarray) -> Tile:
         """Some of the designs, in the order of their indices [-]."""
         segments = tuple(
@@ -160,14 +164,38 @@ def tile_of(
     Raises:
         ValueError: for a release without a balance.
 
-    Source: eigenvectors of the state matrix; tests/optimize/test_sweep.py against an integration
-    and `supple.model.motion`.
+    Source: `modes_of` where it can be asked and is sound, otherwise eigenvectors of the state
+    matrix; tests/optimize/test_sweep.py against an integration and `supple.model.motion`.
     """
-    found = _matrices(mechanism, drive.ports, sensors, drive.hold, dict(varied), dict(fixed))
-    a, b, c, d, start, seen = (np.asarray(one) for one in found)
+    told = mechanism, drive.ports, sensors, drive.hold, varied, fixed
+    found = None
+    if not drive.joints and has_minors(mechanism, tuple(varied)):
+        found = modes_of(*told)
+    if found is None or not found.sound.all():
+        slowly = _eigenvectors(*told)
+        found = slowly if found is None else found.completed(slowly)
     if drive.hold is not None:
-        check_balance(start, seen, drive.hold)
-    n = len(mechanism.coordinates)
+        check_balance(found.start, found.held, drive.hold)
+    segments: tuple[Segment, ...] = ()
+    if not drive.joints and not drive.frequency and len(drive.edges) <= MOST_JUMPS:
+        segments = tuple(_segments(found, drive, grid))
+    last = segments[-1] if segments else None
+    free = found.push if last is None else last.state
+    duration = grid.count * grid.step if last is None else (last.high - last.low) * grid.step
+    return Tile(found.poles, found.vectors, found.seen, found.rest, segments, free, duration)
+
+
+def _eigenvectors(
+    mechanism: Mechanism,
+    inputs: tuple[Port, ...],
+    sensors: tuple[Port, ...],
+    hold: Hold | None,
+    varied: Mapping[str, np.ndarray],
+    fixed: Mapping[str, float],
+) -> Modes:
+    """Modes of any designs, by LAPACK."""
+    made = _matrices(mechanism, inputs, sensors, hold, dict(varied), dict(fixed))
+    a, b, c, d, start, held = (np.asarray(one) for one in made)
     poles, vectors = np.linalg.eig(a)
     poles, vectors = poles.astype(complex, copy=False), vectors.astype(complex, copy=False)
     begin = np.concatenate([start, np.zeros_like(start)], axis=1)
@@ -175,25 +203,15 @@ def tile_of(
         both = np.linalg.solve(vectors, np.stack([begin, b], axis=2).astype(complex))
     except np.linalg.LinAlgError:  # two vectors in one: left to the exact response
         both = np.full((*b.shape, 2), np.nan, complex)
-    state, push = both[:, :, 0], both[:, :, 1]
-    size = np.abs(poles)
-    moving = size > STILL * size.max(axis=1, keepdims=True)
-    gain = np.where(moving, push / np.where(moving, poles, 1.0), np.nan if drive.port else 0.0)
-    looks = c @ vectors
-    segments: tuple[Segment, ...] = ()
-    if not drive.joints and not drive.frequency and len(drive.edges) <= MOST_JUMPS:
-        segments = tuple(_segments(poles, state, gain, drive, grid))
-    rest = d - np.real(np.einsum("dsm,dm->ds", looks, gain))
-    last = segments[-1] if segments else None
-    free = push if last is None else last.state
-    duration = grid.count * grid.step if last is None else (last.high - last.low) * grid.step
-    return Tile(poles, vectors[:, :n], looks, rest, segments, free, duration)
+    n, sound = len(mechanism.coordinates), np.ones(len(a), bool)
+    state, push, seen = both[:, :, 0], both[:, :, 1], c @ vectors
+    rest = d - np.real(np.einsum("dsm,dm->ds", seen, gain_of(poles, push)))
+    return Modes(poles, vectors[:, :n], seen, state, push, rest, start, held, sound)
 
 
-def _segments(
-    poles: np.ndarray, state: np.ndarray, gain: np.ndarray, drive: Drive, grid: Grid
-) -> Iterator[Segment]:
+def _segments(modes: Modes, drive: Drive, grid: Grid) -> Iterator[Segment]:
     """The stretches between jumps that reach into the window."""
+    poles, state, gain = modes.poles, modes.state, modes.gain
     step = grid.step
     edges = [0.0, *drive.edges]
     levels = [0.0, *drive.levels]
@@ -201,36 +219,15 @@ def _segments(
     force = 0.0
     for at, (edge, level) in enumerate(zip(edges, levels, strict=True)):
         if at:
-            over = np.exp(poles * (edge - edges[at - 1]))
-            state = over * (state + gain * force) - gain * force
+            over = growth(poles, edge - edges[at - 1])
+            state = over * (state + gain * force) - gain * force if force else over * state
         force = level
         low, high = max(landings[at], grid.low), min(landings[at + 1], grid.high)
         if low < high:
             left = low * step - edge
             left = 0.0 if abs(left) <= ON_SAMPLE * step else left
-            around = np.exp(poles * left) * (state + gain * force)
+            around = growth(poles, left) * (state + gain * force if force else state)
             yield Segment(low - grid.low, high - grid.low, around, force)
-
-
-def powers(first: np.ndarray, ratio: np.ndarray, count: int) -> np.ndarray:
-    """Geometric sequences, by doubling.
-
-    Args:
-        first: shape (...,) [any unit].
-        ratio: shape (...,) [1].
-        count: terms [-].
-
-    Returns:
-        ``first ratio^k`` for k < count, shape (..., count) [unit of `first`].
-    """
-    found = np.empty((*first.shape, count), complex)
-    found[..., 0] = first
-    done, jump = 1, ratio
-    while done < count:
-        more = min(done, count - done)
-        np.multiply(found[..., :more], jump[..., None], out=found[..., done : done + more])
-        done, jump = done + more, jump * jump
-    return found
 
 
 def samples(tile: Tile, grid: Grid, sensor: int) -> np.ndarray:
@@ -244,18 +241,14 @@ def samples(tile: Tile, grid: Grid, sensor: int) -> np.ndarray:
     Returns:
         Shape (designs, samples) [SI unit of the sensor].
     """
-    ratio, turn = np.exp(tile.poles * grid.step), np.imag(tile.poles)
-    # of two conjugates the first carries twice the real part, the second the imaginary one
-    row = np.where(turn < 0, -1j, 1.0)
-    column = np.where(turn > 0, 2.0, np.where(turn < 0, 2j, 1.0))
-    inside = np.ascontiguousarray(np.real(powers(row, ratio, BLOCK)))
+    ratio, (column, row) = growth(tile.poles, grid.step), halves(tile.poles)
+    inside = by_design(powers(row, ratio, BLOCK)).transpose(0, 2, 1)
     jump = ratio**BLOCK
     found = []
     for one in tile.segments:
         blocks = -(-(one.high - one.low) // BLOCK)
         starts = powers(column * one.state * tile.seen[:, sensor], jump, blocks)
-        columns = np.ascontiguousarray(np.real(starts)).transpose(0, 2, 1)
-        part = np.matmul(columns, inside)
+        part = np.matmul(by_design(starts), inside)
         part = part.reshape(len(ratio), -1)[:, : one.high - one.low]
         if one.force:
             part += one.force * tile.rest[:, sensor, None]
@@ -327,67 +320,11 @@ def lowest_bins(tile: Tile, grid: Grid, sensor: int, bins: int) -> np.ndarray:
         Shape (designs, bins) [squared unit of the sensor].
     """
     count = grid.count
-    ratio = np.exp(tile.poles * grid.step)
+    ratio = growth(tile.poles, grid.step)
     whole = tile.segments[0].state * tile.seen[:, sensor]
-    whole = whole * (1.0 - np.exp(tile.poles * (grid.step * count)))
+    whole = whole * (1.0 - growth(tile.poles, grid.step * count))
     turns = np.exp(-2j * np.pi * np.arange(1, bins + 1) / count)
     below = 1.0 - ratio[:, :, None] * turns
     with np.errstate(divide="ignore", invalid="ignore"):
         found = np.sum(np.divide(whole[:, :, None], below, out=below), axis=1)
     return np.real(found) ** 2 + np.imag(found) ** 2
-
-
-@dataclass(frozen=True)
-class Dominant:
-    """The mode of each design that carries most of the squared response.
-
-    Attributes:
-        frequency: ``imag(pole) / (2 pi)``; 0 where it is overdamped, shape (designs,) [Hz].
-        decay: ``-real(pole)``, shape (designs,) [1/s].
-        shape: its displacement part to unit length, shape (designs, coordinates) [1].
-        decrement: ``2 pi zeta / sqrt(1 - zeta^2)`` of the oscillating mode that carries most;
-            infinite where nothing oscillates, shape (designs,) [-].
-    """
-
-    frequency: np.ndarray
-    decay: np.ndarray
-    shape: np.ndarray
-    decrement: np.ndarray
-
-
-def dominant_mode(tile: Tile, scales: np.ndarray, sensor: int = 0) -> Dominant:
-    """Which mode carries most of the squared response after the last jump.
-
-    Args:
-        tile: the designs.
-        scales: weights that make coordinates comparable, shape (coordinates,) [1/m or 1/rad].
-        sensor: which of the tile's sensors [-].
-
-    Returns:
-        The modes; of a pair of conjugates the one that turns forward.
-
-    Source: energies as in `supple.model.score.modal_decrement`, up to the end of the window.
-    """
-    share, poles = tile.free * tile.seen[:, sensor], tile.poles
-    span = tile.duration
-    slow = np.minimum(np.real(poles), -1e-12 * np.maximum(np.abs(poles), 1e-300))
-    safe = np.where(np.abs(poles) > 0, poles, -1e-300)
-    alone = np.abs(share) ** 2 * -np.expm1(2 * slow * span) / -slow
-    beat = np.real(share**2 * -np.expm1(2 * safe * span) / safe)
-    turns = np.imag(poles) > 1e-9 * np.abs(poles)
-    carried = np.where(turns, alone - beat, np.where(np.imag(poles) < 0, -np.inf, 0.5 * alone))
-    carried = np.nan_to_num(carried, nan=-np.inf, posinf=np.inf)
-    rows = np.arange(len(poles))
-    most = np.argmax(carried, axis=1)
-    swings = np.argmax(np.where(turns, carried, -np.inf), axis=1)
-    pole, turn = poles[rows, most], np.imag(poles[rows, swings])
-    any_turns = turns.any(axis=1)
-    decrement = -2 * np.pi * np.real(poles[rows, swings]) / np.where(any_turns, turn, 1.0)
-    shape = tile.vectors[rows, :, most] * scales
-    shape = shape / np.maximum(np.linalg.norm(shape, axis=1, keepdims=True), 1e-300)
-    return Dominant(
-        np.where(turns[rows, most], np.imag(pole), 0.0) / (2 * np.pi),
-        -np.real(pole),
-        shape,
-        np.where(any_turns, decrement, np.inf),
-    )

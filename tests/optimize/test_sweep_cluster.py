@@ -18,7 +18,7 @@ from supple.model.chain import Chain
 from supple.model.drives import release
 from supple.model.linear import Port
 from supple.optimize import sweep_cluster
-from supple.optimize.sweep import Axis, SweepTask, blank_sheet, sweep
+from supple.optimize.sweep import TILE, Axis, SweepTask, blank_sheet, sweep
 from supple.optimize.sweep_cluster import cluster_at
 from supple.optimize.sweep_file import open_sheet
 from supple.studies import cli
@@ -30,8 +30,8 @@ NUMBERS = {
     "links.spring.damping": 0.3,
 }
 AXES = (
-    Axis("links.spring.stiffness", np.linspace(50.0, 400.0, 96), "N/m"),
-    Axis("links.spring.damping", np.linspace(0.1, 40.0, 128), "N s/m"),
+    Axis("links.spring.stiffness", np.linspace(50.0, 400.0, 192), "N/m"),
+    Axis("links.spring.damping", np.linspace(0.1, 40.0, 176), "N s/m"),
 )
 TASK = SweepTask(
     Chain(("cart",), (("spring", "ground", "cart"),)), NUMBERS, release("cart", 0.1),
@@ -191,7 +191,7 @@ def test_a_scheduler_that_ends_on_the_way_is_told_and_what_is_done_stays(tmp_pat
             one.kill()
             one.wait()
     assert 3 <= sheet.done.sum() < 24
-    assert np.isfinite(sheet.fields["rms"]).sum() == 512 * sheet.done.sum()
+    assert np.isfinite(sheet.fields["rms"]).sum() == TILE * sheet.done.sum()
 
 
 def test_the_library_that_is_missing_is_named(monkeypatch):
