@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .identifiable import identifiability
 from .posterior import Posterior
 from .unknowns import is_linear
 
@@ -128,4 +129,17 @@ def _believe(posterior: Posterior) -> str:
             "The records hold misfit that is not noise: least-squares errors are widened by it, "
             "the posterior takes it for noise. Believe the wider of the two."
         )
-    return "The posterior is not normal: believe its interval."
+    told = identifiability(posterior.fit)
+    doubtful = [
+        unknown.label
+        for unknown in posterior.unknowns
+        if unknown.is_constant and told[unknown.label]["identifiable"] in ("coupled", "flat")
+    ]
+    believe = "The posterior is not normal: believe its interval."
+    if not doubtful:
+        return believe
+    return (
+        f"{believe} The records do not tell {', '.join(doubtful)} one by one: where along their "
+        "trade-off these lie, the bounds decide and that every value between them counts alike. "
+        "Tighter bounds, or a record that tells one of them, will move these intervals."
+    )

@@ -15,6 +15,7 @@ from ..model.linear import Array, make_step
 from ..model.march import space_of
 from ..model.plant import Plant
 from ..model.respond import simulate
+from .coast import Coast, CoastData, coasted, eliminated
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,7 @@ class Data(NamedTuple):
     index: Any
     weight: Any
     noise: Any
+    extra: Any
     scale: Any
     center: Any
     rate: Any
@@ -78,7 +80,7 @@ class Prior(NamedTuple):
 
 @partial(jax.jit, static_argnums=0)
 def log_densities(
-    kinds: tuple[Kind, ...], free: Array, prior: Prior, data: tuple[Data, ...]
+    kinds: tuple[Kind | Coast, ...], free: Array, prior: Prior, data: tuple[Data | CoastData, ...]
 ) -> Array:
     """Log density of each point, up to a constant.
 
@@ -94,7 +96,9 @@ def log_densities(
     return jax.vmap(lambda one: _one(kinds, one, prior, data))(free)
 
 
-def _one(kinds: tuple[Kind, ...], free: Array, prior: Prior, data: tuple[Data, ...]) -> Array:
+def _one(
+    kinds: tuple[Kind | Coast, ...], free: Array, prior: Prior, data: tuple[Data | CoastData, ...]
+) -> Array:
     """Log density of one point."""
     value, change = _natural(free, prior)
     pull = jnp.sum(((value - prior.center) * prior.rate) ** 2)
@@ -104,8 +108,7 @@ def _one(kinds: tuple[Kind, ...], free: Array, prior: Prior, data: tuple[Data, .
     information = jnp.diag(rate**2)
     push = rate**2 * prior.shared_center
     for kind, several in zip(kinds, data, strict=True):
-        along = Data(*(0 for _ in several))
-        parts = jax.vmap(lambda one, kind=kind: _told(kind, value, known, one), (along,))(several)
+        parts = _told_by(kind, value, known, several)
         total = total + jnp.sum(parts[0])
         if kind.shared:
             at = several.shared_at
@@ -114,6 +117,13 @@ def _one(kinds: tuple[Kind, ...], free: Array, prior: Prior, data: tuple[Data, .
     if len(rate):
         total = total + _integrated(information, push)
     return total
+
+
+def _told_by(kind: Kind | Coast, value: Array, known: Array, data: Any) -> Any:
+    """What records tell, in closed form where nothing drives them while they are seen."""
+    if isinstance(kind, Coast):
+        return coasted(kind, value, known, data)
+    return jax.vmap(lambda one: _told(kind, value, known, one))(data)
 
 
 def _integrated(information: Array, push: Array) -> Array:
@@ -142,28 +152,20 @@ def _natural(free: Array, prior: Prior) -> tuple[Array, Array]:
 def _told(kind: Kind, value: Array, known: Array, data: Data) -> tuple[Array, Array, Array]:
     """What one record tells: log density, and push on and information of shared numbers.
 
-    Its own start states and offsets are integrated, as departures from where the fit found them.
+    Its own start states, offsets and allowances are integrated, as departures from the fit.
     """
     z = data.z + data.scatter @ value
     base, columns = _responses(kind, z, data)
     gap = data.values - base
     offsets = jnp.eye(len(kind.plant.sensors))[jnp.array(kind.offsets, dtype=int)]
     steady = jnp.broadcast_to(offsets.T[:, :, None], (*offsets.T.shape, gap.shape[1]))
-    n_own = len(kind.starts) + len(kind.offsets)
     n_starts = len(kind.starts)
     own = jnp.concatenate([columns[:, :n_starts], steady], axis=1) * data.scale[:, None]
     common = columns[:, n_starts:] * data.shared_scale[:, None]
-    design = jnp.concatenate([own, common, gap[:, None]], axis=1)
+    design = jnp.concatenate([own, data.extra, common, gap[:, None]], axis=1)
     gram, log_size = jax.vmap(_innovations)(design, data.mask, known[data.noise])
-    whole, total = jnp.sum(gram, axis=0), -jnp.sum(log_size)
-    prior = data.rate**2
-    own_own = whole[:n_own, :n_own] + jnp.diag(prior)
-    rest = whole[:n_own, n_own:].at[:, -1].add(prior * data.center)
-    root = jnp.linalg.cholesky(own_own)
-    half = jax.scipy.linalg.solve_triangular(root, rest, lower=True)
-    left = whole[n_own:, n_own:] - half.T @ half
-    total = total - 0.5 * left[-1, -1] - jnp.sum(jnp.log(jnp.diag(root)))
-    return total - 0.5 * jnp.sum(prior * data.center**2), left[:-1, -1], left[:-1, :-1]
+    log, push, information = eliminated(jnp.sum(gram, axis=0), data.rate, data.center)
+    return log - jnp.sum(log_size), push, information
 
 
 def _responses(kind: Kind, z: Array, data: Data) -> tuple[Array, Array]:

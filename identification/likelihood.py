@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +16,8 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..model.plant import Plant
+from .coast import Coast, CoastData
+from .coast_data import are_alike, coast_of, coasts, together
 from .density import Data, Kind, Prior, log_densities
 from .fit import Fit
 from .free import Entry
@@ -21,6 +25,9 @@ from .prepare import Prepared, Sensor
 from .unknowns import FAR, Unknown, absorbed, entry_unknowns, is_linear, noise_unknowns
 
 KINDS = ("identity", "above", "below", "between")
+MANY = 4
+"""Batches beyond which they are evaluated side by side [-]."""
+
 RIDGE = 1e-12
 """Information on a direction, relative to that on its single numbers, that counts as none [-]."""
 
@@ -49,8 +56,8 @@ class LogPosterior:
     unknowns: tuple[Unknown, ...]
     mean: np.ndarray
     covariance: np.ndarray
-    kinds: tuple[Kind, ...]
-    data: tuple[Data, ...]
+    kinds: tuple[Kind | Coast, ...]
+    data: tuple[Data | CoastData, ...]
     prior: Prior
     batch: int = 16
 
@@ -63,12 +70,27 @@ class LogPosterior:
         count = len(free)
         whole = -(-count // self.batch) * self.batch
         padded = np.concatenate([free, np.repeat(free[-1:], whole - count, axis=0)])
-        parts = [
-            np.asarray(log_densities(self.kinds, part, self.prior, self._held))
-            for part in padded.reshape(-1, self.batch, free.shape[1])
-        ]
+        batches = padded.reshape(-1, self.batch, free.shape[1])
+        if len(batches) > MANY:  # two at once: of small batches one core is all that each uses
+            with ThreadPoolExecutor(min(os.cpu_count() or 1, 4)) as pool:
+                parts = list(pool.map(self._batch, batches))
+        else:
+            parts = [self._batch(batch) for batch in batches]
         value = np.concatenate(parts)[:count]
         return np.where(np.isfinite(value), value, -np.inf)
+
+    def _batch(self, free: np.ndarray) -> np.ndarray:
+        return np.asarray(log_densities(self.kinds, free, self.prior, self._held))
+
+    def log_prior(self, free: np.ndarray) -> np.ndarray:
+        """The part of the log density that is no likelihood, of points of shape (n, d) [-]."""
+        found = np.zeros(len(free))
+        for at, unknown in zip(np.atleast_2d(free).T, self.unknowns, strict=True):
+            if not unknown.is_scale:
+                found += unknown.log_slope(at)
+            if math.isfinite(unknown.prior):
+                found -= 0.5 * ((unknown.natural(at) - unknown.center) / unknown.prior) ** 2
+        return found
 
     @cached_property
     def _held(self) -> Any:
@@ -104,7 +126,7 @@ def log_posterior(fit: Fit, batch: int = 16) -> LogPosterior:
     shared = [
         i for i, e in enumerate(fit.model.entries) if is_linear(fit.model, e) and e.record is None
     ]
-    made: dict[Kind, list[Data]] = {}
+    made: dict[Kind | Coast, list[Any]] = {}
     for prepared in fit.problem.records:
         kind, data = _record(fit, prepared, where, shared, at, len(unknowns))
         made.setdefault(kind, []).append(data)
@@ -112,7 +134,11 @@ def log_posterior(fit: Fit, batch: int = 16) -> LogPosterior:
     mean = np.array([float(unknown.free(unknown.value)) for unknown in unknowns])
     data = tuple(_stacked(several) for several in made.values())
     spread = _laplace(fit, unknowns, where)
-    return LogPosterior(tuple(unknowns), mean, spread, tuple(made), data, prior, batch)
+    kinds = tuple(
+        replace(kind, alike=are_alike(kind, several)) if isinstance(kind, Coast) else kind
+        for kind, several in made.items()
+    )
+    return LogPosterior(tuple(unknowns), mean, spread, kinds, data, prior, batch)
 
 
 def _prior(fit: Fit, unknowns: Sequence[Unknown], shared: Sequence[int]) -> Prior:
@@ -138,7 +164,7 @@ def _record(
     shared: Sequence[int],
     at: dict,
     size: int,
-) -> tuple[Kind, Data]:
+) -> tuple[Kind | Coast, Data | CoastData]:
     """One record as a kind and its arrays."""
     model = fit.model
     plant = model.plant(prepared)
@@ -157,6 +183,12 @@ def _record(
     common = [(n, i) for n, i in enumerate(shared) if i in links]
     first = plant.slots["offset"].start
     delay = plant.slots["delay"]
+    noise = np.full((len(prepared.sensors), 3), size)
+    for row, sensor in enumerate(prepared.sensors):
+        mine = at[prepared.name, sensor.channel.name]
+        noise[row, : len(mine)] = mine
+    if coasts(fit, prepared) and all(model.entries[i].slot == "drive" for _, i in common):
+        return coast_of(fit, prepared, z, scatter, (starts, offsets, common), noise)
     kind = Kind(
         plant if model.places else plant.bare,
         model.substeps(prepared),
@@ -168,10 +200,7 @@ def _record(
         tuple(_slot(plant, model.entries[i], links[i]) for _, i in common),
     )
     values, mask, index, weight = _measured(prepared, kind.clocked)
-    noise = np.full((len(prepared.sensors), 3), size)
-    for row, sensor in enumerate(prepared.sensors):
-        mine = at[prepared.name, sensor.channel.name]
-        noise[row, : len(mine)] = mine
+    extra = _allowed(fit, prepared, values.shape[1])
     ordered = [model.entries[i] for i in (*starts, *offsets)]
     best = fit.x[[*starts, *offsets]]
     scale = np.array([e.scale for e in ordered])
@@ -186,12 +215,24 @@ def _record(
         index,
         weight,
         noise,
+        extra,
         scale,
-        np.array([e.center for e in ordered]) / scale - best,
-        scale / np.array([e.prior for e in ordered]),
+        np.append(np.array([e.center for e in ordered]) / scale - best, np.zeros(extra.shape[1])),
+        np.append(scale / np.array([e.prior for e in ordered]), np.ones(extra.shape[1])),
         np.array([model.entries[i].scale for _, i in common]),
         np.array([n for n, _ in common], dtype=int),
     )
+
+
+def _allowed(fit: Fit, prepared: Prepared, longest: int) -> np.ndarray:
+    """Responses to what a record leaves open, in units of the priors, (sensors, numbers, n)."""
+    allowance = fit.model.allowances.get(prepared.name)
+    count = 0 if allowance is None else len(allowance.kinds)
+    found = np.zeros((len(prepared.sensors), count, longest))
+    if allowance is not None:
+        for row, block in enumerate(allowance.columns):
+            found[row, :, : len(block)] = (block * allowance.priors).T
+    return found
 
 
 def _slot(plant: Plant, entry: Entry, at: int) -> tuple[str, int]:
@@ -229,8 +270,10 @@ def _neighbors(sensor: Sensor, width: int) -> tuple[np.ndarray, np.ndarray]:
     return index, weight
 
 
-def _stacked(several: Sequence[Data]) -> Data:
+def _stacked(several: Sequence[Any]) -> Data | CoastData:
     """Records of one kind along a first axis, filled up to the longest of them."""
+    if isinstance(several[0], CoastData):
+        return together(several)
     grid = max(len(data.inputs) for data in several)
     longest = max(data.values.shape[1] for data in several)
 
@@ -240,6 +283,7 @@ def _stacked(several: Sequence[Data]) -> Data:
         return data._replace(
             inputs=np.pad(data.inputs, ((0, more), (0, 0)), mode="edge"),
             values=np.pad(data.values, wide),
+            extra=np.pad(data.extra, ((0, 0), (0, 0), (0, late))),
             mask=np.pad(data.mask, wide),
             index=np.pad(data.index, (*wide, (0, 0))),
             weight=np.pad(data.weight, (*wide, (0, 0))),

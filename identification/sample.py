@@ -14,7 +14,9 @@ from typing import Any
 import emcee
 import numpy as np
 
+from .aim import TAILS, Aim, learned_aim, round_aim
 from .convergence import DROPPED, judge
+from .coordinates import Coordinates, coordinates_of
 from .fit import Fit
 from .likelihood import LogPosterior, log_posterior
 from .posterior import Posterior
@@ -26,12 +28,11 @@ SPREAD = 2.0
 """How far ensembles start from the fit, and walkers from their ensemble's middle, in standard
 deviations of Laplace's approximation over the square root of 2 [-]."""
 
-TAILS = 6.0
-"""Fewest degrees of freedom of the independent proposals [-]; as many as there are unknowns keep
-tails that are heavier than any posterior's without wasting most of the draws on them."""
-
 SHARES = (0.25, 0.75)
 """Smallest and largest share of independent proposals [-]: twice what is accepted of them."""
+
+NEAR_FIT = 6
+"""One walker in so many begins at the fit, where coordinates follow a bent valley [-]."""
 
 MIXTURE = {"differences": 0.5, "jumps": 0.1, "snooker": 0.15, "stretch": 0.25}
 """Shares of the other proposals in what is left [-]."""
@@ -67,9 +68,10 @@ def sample(
     """Sample the posterior of a fit until the gate is passed.
 
     The ensembles start overdispersed about Laplace's approximation, each about a middle of its
-    own. Walkers move by differences, jumps, snooker and stretch moves of their own ensemble, and
-    by proposals drawn independently of where they stand, from a heavy-tailed density that is
-    learned once, in the warm-up.
+    own; where that does not serve, in coordinates along a bent valley that is learned first.
+    Walkers move by differences, jumps, snooker and stretch moves of their own ensemble, and by
+    proposals drawn independently of where they stand, from a heavy-tailed density that is learned
+    once, in the warm-up.
 
     Args:
         fit: with errors attached.
@@ -90,24 +92,24 @@ def sample(
     """
     density = log_posterior(fit)
     plan = _checked(plan or Plan(), len(density.unknowns))
-    density = replace(density, batch=plan.walkers // 2)
-    root = _root(density.covariance)
-    told = _fingerprint(fit, density, plan)
+    density = replace(density, batch=plan.walkers)
+    where = coordinates_of(density, plan.seed)
+    told = _fingerprint(fit, density, where, plan)
     chain = read_chain(checkpoint, told) if checkpoint is not None else None
     if chain is None:
-        chain = _begin(density, root, plan)
+        chain = _begin(density, where, plan)
     verdict = None
     while True:
         if chain.steps >= plan.warm_up + plan.block or chain.steps >= plan.most_steps:
             dropped = max(plan.warm_up, int(DROPPED * chain.steps))
             kept = chain.points[dropped:]
-            draws = density.natural(density.mean + kept @ root.T)
+            draws = where.natural(kept)
             verdict = judge(draws, _memory(kept), dropped)
             if verdict.passed or chain.steps >= plan.most_steps:
                 break
         wanted = verdict.wanted_steps if verdict else plan.warm_up + 2 * plan.block
         step = min(_length(chain.steps, plan), plan.most_steps - chain.steps)
-        chain = _advance(density, root, plan, chain, step, lambda n, w=wanted: progress(n, w))
+        chain = _advance(where, plan, chain, step, lambda n, w=wanted: progress(n, w))
         if checkpoint is not None:
             write_chain(checkpoint, told, chain)
     acceptance = np.mean(chain.accepted, axis=1) / max(chain.steps, 1)
@@ -121,13 +123,6 @@ def sample(
         verdict,
         verdict.status,
     )
-
-
-def _root(covariance: np.ndarray) -> np.ndarray:
-    """A square root of a covariance; directions that rounding has lost are kept, however thin."""
-    std = np.sqrt(np.diag(covariance))
-    values, vectors = np.linalg.eigh(covariance / np.outer(std, std))
-    return std[:, None] * vectors * np.sqrt(np.maximum(values, 1e-14 * values[-1]))
 
 
 def _checked(plan: Plan, size: int) -> Plan:
@@ -157,7 +152,7 @@ def _length(steps: int, plan: Plan) -> int:
     return plan.warm_up - steps if steps < plan.warm_up else max(plan.block, steps // 4)
 
 
-def _fingerprint(fit: Fit, density: LogPosterior, plan: Plan) -> str:
+def _fingerprint(fit: Fit, density: LogPosterior, where: Coordinates, plan: Plan) -> str:
     """Sum of all that decides a chain, but its length."""
     import jax
 
@@ -173,12 +168,17 @@ def _fingerprint(fit: Fit, density: LogPosterior, plan: Plan) -> str:
         (SPREAD, TAILS, SHARES, MIXTURE),
     )
     digest = hashlib.sha256(repr(words).encode())
-    for array in (density.mean, density.covariance, *density.prior, *sum(density.data, ())):
+    for array in (
+        density.mean,
+        density.covariance,
+        *jax.tree.leaves((density.prior, density.data)),
+    ):
         digest.update(np.ascontiguousarray(array).tobytes())
+    digest.update(where.natural(0.1 * np.eye(len(density.mean))).tobytes())
     return digest.hexdigest()
 
 
-def _begin(density: LogPosterior, root: np.ndarray, plan: Plan) -> Chain:
+def _begin(density: LogPosterior, where: Coordinates, plan: Plan) -> Chain:
     """Overdispersed starts at which the density is not zero, and a generator an ensemble."""
     size, spread = len(density.unknowns), SPREAD / math.sqrt(2.0)
     points, states, densities = [], [], []
@@ -188,13 +188,17 @@ def _begin(density: LogPosterior, root: np.ndarray, plan: Plan) -> Chain:
         middle = spread * chance.randn(size)
         start = np.zeros((plan.walkers, size))
         known = np.full(plan.walkers, -np.inf)
+        if where.best is not None:  # some from the fit: a valley that misses it must not pass
+            few = plan.walkers // NEAR_FIT
+            start[:few] = where.best + 0.1 * chance.randn(few, size)
+            known[:few] = where.log_density(start[:few])
         for attempt in range(40):
             lost = ~np.isfinite(known)
             if not lost.any():
                 break
             near = 0.8**attempt  # draws that were nowhere are drawn nearer to the fit
             start[lost] = near * (middle + spread * chance.randn(int(lost.sum()), size))
-            known[lost] = density(density.mean + start[lost] @ root.T)
+            known[lost] = where.log_density(start[lost])
         points.append(start)
         densities.append(known)
         states.append(chance.get_state())
@@ -215,26 +219,21 @@ def _begin(density: LogPosterior, root: np.ndarray, plan: Plan) -> Chain:
 
 
 def _advance(
-    density: LogPosterior,
-    root: np.ndarray,
+    where: Coordinates,
     plan: Plan,
     chain: Chain,
     steps: int,
     progress: Callable[[int], None],
 ) -> Chain:
     """The chain, longer by some steps; ensembles go side by side, each with its own generator."""
-
-    def value(points: np.ndarray) -> np.ndarray:
-        return density(density.mean + points @ root.T)
-
-    aim = _learned(value, plan, chain)
+    aim = _learned(where, plan, chain)
 
     def one(index: int) -> tuple[emcee.EnsembleSampler, Any]:
         sampler = emcee.EnsembleSampler(
             plan.walkers,
-            len(density.unknowns),
-            value,
-            moves=aim.moves(),
+            chain.last.shape[-1],
+            where.log_density,
+            moves=_moves(aim),
             vectorize=True,
         )
         start = emcee.State(
@@ -263,45 +262,24 @@ def _advance(
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Aim:
-    """Independent proposals: a heavy-tailed density that is drawn from wherever a walker stands."""
+def _moves(aim: Aim) -> list[tuple[Any, float]]:
+    """New moves, for one ensemble alone: some keep numbers from step to step."""
 
-    middle: np.ndarray
-    root: np.ndarray
-    share: float = SHARES[0]
+    def proposed(points: np.ndarray, chance: Any) -> tuple[np.ndarray, np.ndarray]:
+        new = aim.drawn(len(points), chance)
+        return new, aim.log_density(points) - aim.log_density(new)
 
-    @property
-    def tails(self) -> float:
-        return max(TAILS, float(len(self.middle)))
-
-    def log_density(self, points: np.ndarray) -> np.ndarray:
-        near = np.linalg.solve(self.root, (points - self.middle).T)
-        power = -0.5 * (self.tails + len(self.middle))
-        return power * np.log1p(np.sum(near**2, axis=0) / self.tails)
-
-    def drawn(self, count: int, chance: Any) -> np.ndarray:
-        wide = np.sqrt(self.tails / chance.chisquare(self.tails, size=count))
-        return self.middle + (chance.randn(count, len(self.middle)) * wide[:, None]) @ self.root.T
-
-    def moves(self) -> list[tuple[Any, float]]:
-        """New moves, for one ensemble alone: some keep numbers from step to step."""
-
-        def proposed(points: np.ndarray, chance: Any) -> tuple[np.ndarray, np.ndarray]:
-            new = self.drawn(len(points), chance)
-            return new, self.log_density(points) - self.log_density(new)
-
-        others = {
-            "differences": emcee.moves.DEMove(sigma=0.05),
-            "jumps": emcee.moves.DEMove(sigma=1e-5, gamma0=1.0),
-            "snooker": emcee.moves.DESnookerMove(),
-            "stretch": emcee.moves.StretchMove(),
-        }
-        left = [(move, (1 - self.share) * MIXTURE[name]) for name, move in others.items()]
-        return [(emcee.moves.MHMove(proposed), self.share), *left]
+    others = {
+        "differences": emcee.moves.DEMove(sigma=0.05),
+        "jumps": emcee.moves.DEMove(sigma=1e-5, gamma0=1.0),
+        "snooker": emcee.moves.DESnookerMove(),
+        "stretch": emcee.moves.StretchMove(),
+    }
+    left = [(move, (1 - aim.share) * MIXTURE[name]) for name, move in others.items()]
+    return [(emcee.moves.MHMove(proposed), aim.share), *left]
 
 
-def _learned(value: Callable[[np.ndarray], np.ndarray], plan: Plan, chain: Chain) -> _Aim:
+def _learned(where: Coordinates, plan: Plan, chain: Chain) -> Aim:
     """The independent proposals, in units of Laplace's approximation.
 
     Before the warm-up ends they are Laplace's own; afterwards those of the warm-up's second half,
@@ -310,27 +288,30 @@ def _learned(value: Callable[[np.ndarray], np.ndarray], plan: Plan, chain: Chain
     """
     size = chain.last.shape[-1]
     if chain.steps < plan.warm_up:
-        return _Aim(np.zeros(size), np.eye(size))
+        return round_aim(size, SHARES[0])
+    points, density = _bulk(chain, plan)
+    aim = learned_aim(points, SHARES[0])
+    tried = aim.drawn(2 * plan.walkers, np.random.RandomState(plan.seed))
+    weight = where.log_density(tried) - aim.log_density(tried)
+    now = density - aim.log_density(points)
+    every = now[:: max(1, len(now) // 500)]
+    accepted = np.mean(np.exp(np.minimum(0.0, weight[:, None] - every[None, :])))
+    return replace(aim, share=float(np.clip(2.0 * accepted, *SHARES)))
+
+
+def _bulk(chain: Chain, plan: Plan) -> tuple[np.ndarray, np.ndarray]:
+    """Points of the warm-up's second half and their log density, but for those still lost."""
+    size = chain.last.shape[-1]
     half = slice(plan.warm_up // 2, plan.warm_up)
     points = chain.points[half].reshape(-1, size)
     density = chain.density[half].ravel()
     found = density > np.max(density) - size - 5.0 * math.sqrt(size) - 5.0
-    points = points[found]
-    spread = np.atleast_2d(np.cov(points.T))
-    # as good as the samples are few: shrink towards a round cloud of the same size
-    share = size / len(points)
-    spread = (1 - share) * spread + share * np.diag(np.diag(spread)) + 1e-9 * np.eye(size)
-    aim = _Aim(np.mean(points, axis=0), np.linalg.cholesky(spread))
-    tried = aim.drawn(2 * plan.walkers, np.random.RandomState(plan.seed))
-    weight = value(tried) - aim.log_density(tried)
-    now = density[found] - aim.log_density(points)
-    every = now[:: max(1, len(now) // 500)]
-    accepted = np.mean(np.exp(np.minimum(0.0, weight[:, None] - every[None, :])))
-    return replace(aim, share=float(np.clip(2.0 * accepted, *SHARES)))
+    return points[found], density[found]
 
 
 def _memory(points: np.ndarray) -> np.ndarray:
     """Autocorrelation time of each unknown [steps], over all walkers of all ensembles."""
     steps, ensembles, walkers, size = points.shape
     flat = points.reshape(steps, ensembles * walkers, size)
-    return np.asarray(emcee.autocorr.integrated_time(flat, tol=0, quiet=True))
+    with np.errstate(invalid="ignore", divide="ignore"):  # a walker that never moved
+        return np.asarray(emcee.autocorr.integrated_time(flat, tol=0, quiet=True))

@@ -44,6 +44,7 @@ class Unknown:
         prior: prior standard deviation [SI]; inf for a flat prior.
         is_scale: whether the prior is flat in the logarithm (Jeffreys's, of a deviation).
         is_constant: whether it is a constant of the rig or of a law.
+        is_noise: whether it is a number of a channel's noise.
     """
 
     label: str
@@ -57,6 +58,7 @@ class Unknown:
     prior: float = math.inf
     is_scale: bool = False
     is_constant: bool = False
+    is_noise: bool = False
 
     @property
     def transform(self) -> str:
@@ -88,6 +90,12 @@ class Unknown:
         if self.transform == "below":
             return self.high - self.scale * np.exp(free)
         return free * self.scale
+
+    def log_slope(self, free: np.ndarray) -> np.ndarray:
+        """Log of how fast the value grows with the coordinate, up to a constant [-]."""
+        if self.transform == "between":
+            return -np.logaddexp(0.0, free) - np.logaddexp(0.0, -free)
+        return np.zeros_like(free) if self.transform == "identity" else free
 
     @property
     def slope(self) -> float:
@@ -152,13 +160,14 @@ def noise_unknowns(fit: Fit) -> dict[Key, list[Unknown]]:
         count, unit = len(sensor.values), sensor.channel.unit
         std = noise.std / math.sqrt(2 * count)
         label = f"{channel}.noise[{record}]"
-        mine = [Unknown(label, unit, noise.std, std, 0.0, math.inf, noise.std, is_scale=True)]
+        size = Unknown(label, unit, noise.std, std, 0.0, math.inf, noise.std, is_scale=True)
+        mine = [replace(size, is_noise=True)]
         for lag, partial in enumerate(partials(noise.coefficients), 1):
             limit = MEMORY_LIMITS[lag - 1]
             error = math.sqrt(max(1 - partial**2, 1e-3) / count)
             inner = float(np.clip(partial, -limit + 0.5 * error, limit - 0.5 * error))
             name = f"{channel}.memory_{lag}[{record}]"
-            mine.append(Unknown(name, "1", inner, error, -limit, limit, limit))
+            mine.append(Unknown(name, "1", inner, error, -limit, limit, limit, is_noise=True))
         found[key] = mine
     return found
 

@@ -90,8 +90,9 @@ def posterior_section(posterior: Posterior, told: Mapping[str, Any]) -> dict[str
         figure = corner_figure(posterior, shown)
         caption = (
             "Diagonal: density of each constant. Below it: regions that hold 39 and 86 % of the "
-            "draws. Orange: the same by least squares. Where both differ, the posterior is not "
-            "normal, or least squares counts misfit that the posterior takes for noise."
+            "draws. Orange: the same by least squares, which may reach out of the frame. Where "
+            "both differ, the posterior is not normal, or least squares counts misfit that the "
+            "posterior takes for noise."
         )
         drawn.append(_drawn(figure, "Corner", caption))
         figure = trace_figure(posterior, shown)
@@ -217,6 +218,7 @@ def _density(axes: Axes, posterior: Posterior, index: int, draws: np.ndarray) ->
         x = np.linspace(edges[0], edges[-1], 200)
         normal = np.exp(-0.5 * ((x - value) / std) ** 2) / (std * np.sqrt(2 * np.pi))
         axes.plot(x, normal, "--", color=BEFORE)
+    axes.set_xlim(edges[0], edges[-1])
     axes.set_yticks([])
 
 
@@ -251,6 +253,8 @@ def _pair(
             color=BEFORE,
             linewidth=1.0,
         )
+    axes.set_xlim(edges_x[0], edges_x[-1])
+    axes.set_ylim(edges_y[0], edges_y[-1])
 
 
 def trace_figure(posterior: Posterior, which: Sequence[int]) -> Figure:

@@ -47,5 +47,5 @@ LAW = Law(
     formula="f = F z, knee dz/dt = v while |z| < 1, else z = sign(v)",
     sentence="The {place} slips: a part of it holds no more than {value} and slides beyond.",
     cure="Clamp it harder, roughen or glue what slides, or clean it of grease.",
-    source="Iwan 1966, doi:10.1115/1.3625199: one of his elements, a spring in a row with dry friction",
+    source="Iwan 1966, doi:10.1115/1.3625199: a spring in a row with dry friction",
 )

@@ -78,7 +78,9 @@ def integrated(name: str, numbers: tuple[float, ...], times: np.ndarray) -> np.n
         return [v, total / MASS, memory_rate(t, x, v, s)]
 
     loaded = 1 - np.exp(-START[0] / numbers[1]) if name == "hysteresis" else 0.0
-    begin = {"hysteresis": loaded, "relaxation": START[0], "slip": 1.0, "stiffness_drift": 0.0}[name]
+    begin = {"hysteresis": loaded, "relaxation": START[0], "slip": 1.0, "stiffness_drift": 0.0}[
+        name
+    ]
     found, y = [START[0]], [*START, begin]
     for low, high in pairwise(times):
         y = solve_ivp(rates, (low, high), y, method="DOP853", rtol=1e-10, atol=1e-13).y[:, -1]
