@@ -13,6 +13,7 @@ from .extend import HeldOut
 from .fit import Fit
 from .free import Entry
 from .identifiable import identifiability
+from .missing import missing_json
 from .screen import Candidate
 from .tolerances import allowed_json, beyond_words
 from .trial import Trial
@@ -337,7 +338,7 @@ def diagnosis_json(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> dict[
         "allowed": allowed_json(final),
         "decision": {"best_before": {}, "best_after": {}, "loss_if_ignored": {}},
         "history": history_json(diagnosis),
-        "missing_force": None,
+        "missing_force": missing_json(diagnosis),
         "records": [
             {
                 "name": p.name,

@@ -12,7 +12,7 @@ from jax.core import Tracer
 
 from .chain import DERIVATIVES, FORCES
 from .delay import shift
-from .linear import Array, make_step
+from .linear import Array, StateSpace, make_step
 from .march import ActingRows, March, acting_space, march_rows, offset_mask, space_of
 from .plant import Plant
 from .told import accelerated
@@ -187,6 +187,29 @@ def force_responses(plant: Plant, z: Array, forces: Array, step: Array) -> Array
     Returns:
         Shape (k, t, sensors) [SI].
     """
+    space, states = _forced(plant, z, forces, step)
+    return states @ space.c.T + forces @ space.d[:, len(plant.inputs) :].T
+
+
+@partial(jax.jit, static_argnums=0)
+def forced_motion(plant: Plant, z: Array, forces: Array, step: Array) -> tuple[Array, Array]:
+    """Stretch and rate of the law rows under forces there, from rest; as `force_responses`.
+
+    Args:
+        plant: its law places say where the forces act (static).
+        z: point of linearization [SI].
+        forces: shape (k, t, law rows) [N or N m].
+        step: sampling interval [s].
+
+    Returns:
+        Two of shape (k, t, law rows) [m or rad, and a second].
+    """
+    space, states = _forced(plant, z, forces, step)
+    return states @ space.stretch.T, states @ space.rate.T
+
+
+def _forced(plant: Plant, z: Array, forces: Array, step: Array) -> tuple[StateSpace, Array]:
+    """States under forces at the law places, from rest, shape (k, t, states)."""
     space = space_of(plant, z)
     matrices = make_step(space, step)
     start, middle, end = (node[:, len(plant.inputs) :] for node in matrices.nodes[1])
@@ -198,8 +221,7 @@ def force_responses(plant: Plant, z: Array, forces: Array, step: Array) -> Array
 
     rest = jnp.zeros((forces.shape[0], plant.n_states))
     _, states = jax.lax.scan(advance, rest, jnp.swapaxes(pushes, 0, 1))
-    states = jnp.swapaxes(jnp.concatenate([rest[None], states]), 0, 1)
-    return states @ space.c.T + forces @ space.d[:, len(plant.inputs) :].T
+    return space, jnp.swapaxes(jnp.concatenate([rest[None], states]), 0, 1)
 
 
 def _felt(plant: Plant, drive: Array, step: Array) -> Array:

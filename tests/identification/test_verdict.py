@@ -128,6 +128,11 @@ def test_sentences_name_the_place_and_the_strength(softening_diagnosis, clean_di
     assert diagnosis_json(lost, {})["causes"] == []
     assert diagnosis_json(lost, {})["best_guess"][0]["law"] == "cubic_stiffness"
     assert len(diagnosis_json(torn, {})["causes"]) == 2
+    assert diagnosis_json(torn, {})["missing_force"] is None
+    missing = diagnosis_json(lost, {})["missing_force"]
+    assert (missing["place"], missing["against"]) == ("spring", "displacement")
+    assert (missing["unit_x"], missing["unit_force"]) == ("m", "N")
+    assert len(missing["x"]) == len(missing["force"]) and len(missing["curves"]) == 3
 
 
 @pytest.mark.parametrize(
