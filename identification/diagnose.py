@@ -14,7 +14,7 @@ from .fit import DOMINATED, Fit, fit_base, solve
 from .noise import ljung_box
 from .problem import Problem, make_problem
 from .records import Record, check_record_against_rig
-from .screen import VISIBLE, Candidate, alikeness, screen
+from .screen import VISIBLE, Candidate, alikeness, hidden_masses, screen
 from .trial import (
     LEAST_EVIDENCE,
     Trial,
@@ -347,6 +347,7 @@ class _Search:
         else:
             status = "ambiguous" if self.rivals else "named"
         blind = tuple(c.name for c in self.first if floor_visibility(self.base, c) < VISIBLE)
+        blind += hidden_masses(self.base.problem)
         return Diagnosis(
             status,
             self.base,

@@ -14,16 +14,18 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
+from ..model.chain import FORCES
 from ..model.law import Law, Place, Scales, library
 from ..model.linear import Array
 from ..model.plant import Plant, numbers_vector
 from ..model.respond import force_responses
+from ..model.sensors import carrier
 from .faults import DRIVE, FaultyReading, felt, told_motion
 from .fit import Fit
 from .free import Entry, law_entry, shape_entries
 from .motions import motions
 from .prepare import Prepared
-from .problem import Cause, padded_lanes, sample
+from .problem import Cause, Problem, padded_lanes, sample
 
 VISIBLE = 3.0
 """A law of natural strength that moves the records by less than this many noise units, after
@@ -106,6 +108,39 @@ def numbers_at(fit: Fit, place: str, word: str) -> list[str]:
         name = f"links.{place}.{word}"
         return [name] if name in rig.parameters else []
     return [n for n in rig.parameters if n.startswith(f"{place}_{word}")]
+
+
+def hidden_masses(problem: Problem) -> tuple[str, ...]:
+    """Names of added masses that no fit of these records could show.
+
+    What an accelerometer weighs rides with its place. Where the fit varies that mass anyway, or
+    no known force drives any record so that all constants scale together, nothing tells it.
+
+    Args:
+        problem: records and rig.
+
+    Returns:
+        ``place/sensor_mass`` of each place with an accelerometer for which that holds.
+
+    Source: tests/identification/test_screen.py.
+    """
+    forced = any(
+        port.quantity in FORCES and np.ptp(column) > 0
+        for prepared in problem.records
+        for port, column in zip(prepared.ports, prepared.inputs.T, strict=True)
+    )
+    places = dict.fromkeys(
+        sensor.port.place
+        for prepared in problem.records
+        for sensor in prepared.sensors
+        if sensor.port.quantity == "acceleration"
+    )
+    found = []
+    for place in places:
+        name = carrier(problem.mechanism, place)
+        if name and (problem.rig.parameters[name].free or not forced):
+            found.append(f"{place}/sensor_mass")
+    return tuple(found)
 
 
 def _said_already(fit: Fit, place: str, law: Law) -> bool:

@@ -232,7 +232,7 @@ def with_laws(
         if law is None or not law.slot:
             continue
         at = known[place].port.place if place in known else place
-        if place not in known and (law.slot != "load" or not _carrier(mechanism, at)):
+        if place not in known and (law.slot != "load" or not carrier(mechanism, at)):
             continue
         effect = _stated(index, table, law)
         used.append(index)
@@ -240,13 +240,13 @@ def with_laws(
             sensor = known[place]
             known[place] = replace(sensor, effects=(*sensor.effects, effect))
         else:
-            name = _carrier(mechanism, at)
+            name = carrier(mechanism, at)
             loads[name] = loads.get(name, 0.0) + effect.strength
     for sensor in known.values():
         for effect in sensor.effects:
             _check(sensor, effect.law, mechanism)
             if effect.law.slot == "load":
-                name = _carrier(mechanism, sensor.port.place)
+                name = carrier(mechanism, sensor.port.place)
                 loads[name] = loads.get(name, 0.0) + effect.strength
     return tuple(known.values()), loads, tuple(used)
 
@@ -262,8 +262,8 @@ def _stated(index: int, table: Mapping[str, Any], law: Law) -> Effect:
     return Effect(law, strength, tuple(given[shape.symbol] for shape in law.shapes))
 
 
-def _carrier(mechanism: Mechanism, place: str) -> str:
-    """Name of the number that a mass at a place adds to; empty where there is none."""
+def carrier(mechanism: Mechanism, place: str) -> str:
+    """Name of the number that a mass at a place adds to; empty where there is none [-]."""
     if isinstance(mechanism, Robot):
         return _CARRIERS.get(place, "")
     ends = ("inertia", "mass")
@@ -272,7 +272,7 @@ def _carrier(mechanism: Mechanism, place: str) -> str:
 
 def _check(sensor: Sensor, law: Law, mechanism: Mechanism) -> None:
     port = sensor.port
-    if law.slot == "load" and not _carrier(mechanism, port.place):
+    if law.slot == "load" and not carrier(mechanism, port.place):
         expected, found = "a place that carries it: clubhead, grip or a mass", f"'{port.place}'"
     elif law.slot == "axis" and port.quantity != "acceleration":
         expected, found = "an accelerometer", f"one of '{port.quantity}'"

@@ -1,6 +1,7 @@
 """The screen: what one linear step promises is what a refit keeps, for weak effects."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from supple.identification.screen import (
     _force_columns,
     _held,
     alikeness,
+    hidden_masses,
     possible_causes,
     screen,
     trials_of,
@@ -129,3 +131,25 @@ def test_alikeness_is_a_cosine(seen):
     first, *rest = [c for c in seen.values() if c.visible > 1e-6]
     assert alikeness(first, first) == pytest.approx(1.0)
     assert all(0.0 <= alikeness(first, other) <= 1.0 + 1e-12 for other in rest)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "driven", "free", "hidden"),
+    [
+        ("acceleration", False, False, ("cart/sensor_mass",)),
+        ("acceleration", True, False, ()),
+        ("acceleration", True, True, ("cart/sensor_mass",)),
+        ("position", False, False, ()),
+    ],
+)
+def test_an_added_mass_is_hidden_where_all_scales_with_it(
+    quantity: str, driven: bool, free: bool, hidden: tuple[str, ...], tmp_path: Path
+) -> None:
+    names = ("links.spring.stiffness", "links.spring.damping", "masses.cart.mass")
+    bench = make_bench(tmp_path, (), (1.0,), (), driven=driven, free=names if free else names[:2])
+    problem = make_problem(bench.records, bench.rig)
+    sensors = [
+        replace(s, port=replace(s.port, quantity=quantity)) for s in problem.records[0].sensors
+    ]
+    records = (replace(problem.records[0], sensors=tuple(sensors)),)
+    assert hidden_masses(replace(problem, records=records)) == hidden
