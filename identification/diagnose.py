@@ -48,6 +48,10 @@ UNASKED = 1e-6
 """The same where the absolute misfit is within the noise already: a relative score alone must be
 beyond doubt there [-], and the law explain most of what is left and foretell better."""
 
+BEYOND_DOUBT = 150.0
+"""Fall of BIC that counts as a misfit shown, where zeros and tolerances take it in [-]: twice what
+clean sets of finite-element clubs offered to some law."""
+
 MISFIT_SHOWN = 0.01
 """Chance of the worst channel's misfit under the noise, below which there is one [-]."""
 
@@ -266,7 +270,8 @@ class _Search:
             return replace(trial, verdict=f"refused: BIC falls by only {trial.delta_bic:.1f}")
         fit = settled(trial.fit, worst_ratio(before) > DOMINATED)
         trial = replace(trial, fit=fit)
-        share, shown = explained(before, fit), misfit_chance(before) < MISFIT_SHOWN
+        share = explained(before, fit)
+        shown = misfit_chance(before) < MISFIT_SHOWN or trial.delta_bic > BEYOND_DOUBT
         if share < (LEAST_STEP if shown else LEAST_SHARE):
             words = f"refused: it explains only {100 * share:.0f} % of the misfit beyond the noise"
             return replace(trial, verdict=words)
