@@ -26,7 +26,8 @@ def motions(
         plant = model.plant(prepared)
         z = jnp.asarray(model.vector(prepared, x))
         states = state_history(plant, model.substeps(prepared), z, *model.arguments(prepared))[0]
-        states = states[: prepared.count]
+        # a motion that ran away has no size; where it did, it counts as rest
+        states = np.nan_to_num(states[: prepared.count], nan=0.0, posinf=0.0, neginf=0.0)
         bare = replace(plant, law_places=())
         everywhere = replace(plant, law_places=tuple(places))
         wide = np.zeros(everywhere.size)

@@ -27,7 +27,7 @@ from supple.model.lagrange import Acting, trace
 from supple.model.linear import Port, discretize, make_step, modes, state_space
 from supple.model.plant import Plant, numbers_vector
 from supple.model.prescribed import through
-from supple.model.respond import force_responses, law_geometry, simulate
+from supple.model.respond import force_responses, forced_motion, law_geometry, simulate
 from supple.model.ringdown import after_impulse, after_release, energy, free_samples, transition
 from supple.model.robot import PRESETS, Robot
 from supple.model.score import closed_rms, log_decrement, modal_decrement, peak, rms, settling
@@ -272,6 +272,12 @@ CASES: dict[str, tuple[Callable[[Any], Any], np.ndarray]] = {
     "force_responses": (
         lambda x: force_responses(
             PLANT, z_of(x), jnp.asarray(RNG_FORCES), jnp.asarray(STEP)
+        ),
+        WITH_LAWS,
+    ),
+    "forced_motion": (
+        lambda x: flat(
+            forced_motion(PLANT, z_of(x), jnp.asarray(RNG_FORCES), jnp.asarray(STEP))
         ),
         WITH_LAWS,
     ),
