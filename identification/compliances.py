@@ -209,11 +209,9 @@ class Compliances:
 
     def near_fit(self, count: int, chance: np.random.Generator) -> np.ndarray:
         """Draws so near to the fit that no valley bends, shape (count, d) [-]."""
-        std = np.sqrt(np.diag(self.covariance))
-        values, vectors = np.linalg.eigh(self.covariance / np.outer(std, std))
-        root = std[:, None] * vectors * np.sqrt(np.maximum(values, 1e-14 * values[-1]))
-        away = chance.standard_normal((count, len(std))) * chance.uniform(0.02, 0.1, (count, 1))
-        points = away @ root.T
+        size = len(self.best)
+        away = chance.standard_normal((count, size)) * chance.uniform(0.02, 0.1, (count, 1))
+        points = away @ root_of(self.covariance).T
         points[:, self.bends == 0.0] = 0.0
         return points
 
@@ -270,3 +268,13 @@ class Compliances:
 
 def _positive(unknown: Unknown) -> bool:
     return unknown.is_constant and unknown.low >= 0.0 and unknown.value > 0.0
+
+
+def root_of(covariance: np.ndarray) -> np.ndarray:
+    """A square root of a covariance; directions that rounding has lost are kept, however thin.
+
+    Both of shape (d, d), in squared units of what they tell and in these units.
+    """
+    std = np.sqrt(np.diag(covariance))
+    values, vectors = np.linalg.eigh(covariance / np.outer(std, std))
+    return std[:, None] * vectors * np.sqrt(np.maximum(values, 1e-14 * values[-1]))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .compliances import Compliances
+from .compliances import Compliances, root_of
 from .likelihood import LogPosterior
 from .valley import Valley, effective, find_valley
 
@@ -70,13 +70,3 @@ def _along(valley: Valley) -> Coordinates:
 
     best = valley.straight(np.zeros((1, len(valley.mean))))[0]
     return Coordinates(lambda points: valley.told.natural(valley.point(points)), log_density, best)
-
-
-def root_of(covariance: np.ndarray) -> np.ndarray:
-    """A square root of a covariance; directions that rounding has lost are kept, however thin.
-
-    Both of shape (d, d), in squared units of what they tell and in these units.
-    """
-    std = np.sqrt(np.diag(covariance))
-    values, vectors = np.linalg.eigh(covariance / np.outer(std, std))
-    return std[:, None] * vectors * np.sqrt(np.maximum(values, 1e-14 * values[-1]))

@@ -49,8 +49,8 @@ UNASKED = 1e-6
 beyond doubt there [-], and the law explain most of what is left and foretell better."""
 
 BEYOND_DOUBT = 150.0
-"""Fall of BIC that counts as a misfit shown, where zeros and tolerances take it in [-]: twice what
-clean sets of finite-element clubs offered to some law."""
+"""Fall of BIC that counts as a misfit shown, where zeros and tolerances take it in [-]: twice the
+most that a law was seen to gain on a clean set of a finite-element club."""
 
 MISFIT_SHOWN = 0.01
 """Chance of the worst channel's misfit under the noise, below which there is one [-]."""

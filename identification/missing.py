@@ -12,7 +12,7 @@ from ..model.plant import Plant, numbers_vector
 from ..model.respond import force_responses, forced_motion
 from .fit import Fit
 from .motions import motions
-from .prepare import Prepared
+from .prepare import Prepared, bucket
 from .problem import sample
 
 if TYPE_CHECKING:
@@ -24,8 +24,14 @@ KNOTS_A_PERIOD = 16
 MOST_KNOTS = 320
 """Knots over all rows [-]; a longer record is used from its start as far as they go."""
 
+MOST_NUMBERS = 25_000_000
+"""Numbers of all states under the force of each knot [-]: they are held at once."""
+
 CLASSES = 25
 """Points of a curve against stretch or rate [-]."""
+
+REACH_OF_SAMPLING = 4
+"""Samples before the end of the grid from which a sensor may still be read [-]."""
 
 SHRINKS = np.geomspace(1e-4, 1e4, 25)
 """Strengths of the pull towards no force that are tried, about the columns' size [-]."""
@@ -96,7 +102,9 @@ def missing_force(fit: Fit, place: str) -> MissingForce | None:
     rows = len(motions(alone, fit.x, (place,))[place])
     count = prepared.count
     apart = max(1.0 / (max(prepared.frequency, 1e-9) * KNOTS_A_PERIOD * prepared.step), 1.0)
-    knots = int(min(MOST_KNOTS // rows, (count - 1) / apart + 1))
+    plant = _plant(fit, prepared, place)[0]
+    most = MOST_NUMBERS // (MOST_KNOTS * plant.n_states)
+    knots = int(min(MOST_KNOTS // rows, (min(count, most) - 1) / apart + 1))
     if knots < 8:
         return None
     used = min(int((knots - 1) * apart) + 1, count)
@@ -155,7 +163,8 @@ def _system(
     """Whitened responses to each knot's force, the residual, and its slopes by all unknowns."""
     model = replace(fit.model, noises=fit.problem.floor, allowances={}, horizon=np.inf)
     plant, z = _plant(fit, prepared, place)
-    forces = np.zeros((rows * len(hats), len(prepared.inputs), rows))
+    length = min(len(prepared.inputs), bucket(used))
+    forces = np.zeros((rows * len(hats), length, rows))
     for row in range(rows):
         forces[row * len(hats) : (row + 1) * len(hats), :used, row] = hats
     seen = np.asarray(
@@ -164,18 +173,21 @@ def _system(
     blocks, gaps, kept = [], [], []
     for i, sensor in enumerate(prepared.sensors):
         noise = fit.problem.floor[prepared.name, sensor.channel.name]
-        blocks.append(noise.whiten(sample(sensor, seen[:, :, i].T)))
+        near = sensor.times <= (used - REACH_OF_SAMPLING) * prepared.step
+        told = int(near.sum())
+        sampling = None if sensor.sampling is None else sensor.sampling[:told, :length]
+        short = replace(sensor, values=sensor.values[:told], sampling=sampling)
+        blocks.append(noise.whiten(sample(short, seen[:, :, i].T)))
         measured = fit.residual_of((prepared.name, sensor.channel.name))
-        gaps.append(noise.whiten(measured))
-        kept.append(sensor.times <= (used - 1) * prepared.step)
+        gaps.append(noise.whiten(measured[:told]))
+        kept.append(near)
     keep = np.concatenate(kept)
     alone = replace(model, problem=replace(fit.problem, records=(prepared,)))
     slopes = alone.jacobian(fit.x)  # priors' rows at the end keep what this record cannot tell
-    told = np.concatenate([keep, np.ones(len(slopes) - len(keep), dtype=bool)])
+    counted = np.concatenate([keep, np.ones(len(slopes) - len(keep), dtype=bool)])
     rest = np.zeros((len(slopes) - len(keep), len(forces)))
-    whole = np.concatenate([*blocks, rest])[told]
-    gap = np.concatenate([*gaps, rest[:, 0]])[told]
-    return whole, gap, slopes[told]
+    whole, gap = np.concatenate([*blocks, rest]), np.concatenate([*gaps, rest[:, 0]])
+    return whole, gap, slopes[counted]
 
 
 def _shrunk(whole: np.ndarray, gap: np.ndarray) -> tuple[np.ndarray, float]:

@@ -17,8 +17,8 @@ from .records import Channel
 SMALLER = 0.5
 """The smaller amplitude that is proposed, as a factor [-]."""
 
-FASTER = 1.5
-"""How much faster a told motion is proposed [-]."""
+FASTER = 1.4
+"""How much faster a told motion is proposed [-]; its forces grow by the square of that."""
 
 ADDED_MASS = 0.2
 """A known mass that is proposed to ride along, as a share of that of the rig [-]."""
@@ -69,7 +69,7 @@ def planned_tests(fit: Fit, most: float) -> list[Planned]:
     found: list[Planned] = []
     for kind, prepared in _templates(fit).items():
         found += _louder_or_softer(kind, prepared, most)
-        found += _faster(kind, prepared)
+        found += _faster(kind, prepared) if FASTER**2 <= most else ()
         found += _with_sensors(fit, kind, prepared)
         found += _with_mass(fit, kind, prepared)
     return found
@@ -106,14 +106,16 @@ def _forced(prepared: Prepared) -> bool:
 
 
 def _louder_or_softer(kind: str, prepared: Prepared, most: float) -> Iterator[Planned]:
-    doing = {True: "Strike", False: "Release"}[_forced(prepared)]
-    for factor in (SMALLER, 1.0, most):
-        words = f"{doing} as in '{prepared.name}', {factor:g} times as far"
-        words = words.replace("as far", "as hard") if _forced(prepared) else words
+    forced = _forced(prepared)
+    doing = "Release" if prepared.free else "Strike" if kind == "impact" else "Drive"
+    for factor in sorted({SMALLER, 1.0, most}):
+        if factor > most:
+            continue  # more than the rig may bear
+        words = (
+            f"{doing} as in '{prepared.name}', {factor:g} times as {'hard' if forced else 'far'}"
+        )
         if factor == 1.0:
             words = f"Repeat '{prepared.name}' as it was"
-        elif not prepared.free and not _forced(prepared):
-            words = f"Drive as in '{prepared.name}', {factor:g} times as far"
         yield Planned(
             words, kind, prepared.name, factor, _blank(prepared, inputs=factor * prepared.inputs)
         )

@@ -98,6 +98,14 @@ def _read(path: Path) -> dict[str, Any]:
     for pair in pairs:
         if not (isinstance(pair, dict) and {"law", "place"} <= pair.keys()):
             raise _fault(path, "causes", "entries with a law and a place", repr(pair)[:60])
+        if not isinstance(pair.get("delta_bic", 0.0), int | float):
+            raise _fault(path, "delta_bic", "a number", repr(pair["delta_bic"])[:60])
+    if not all(isinstance(one, str) and "/" in one for one in told["cannot_tell"]):
+        raise _fault(path, "cannot_tell", "names as PLACE/LAW", repr(told["cannot_tell"])[:60])
+    if not all(
+        isinstance(one, dict) and isinstance(one.get("name"), str) for one in told["records"]
+    ):
+        raise _fault(path, "records", "entries with a name", repr(told["records"])[:60])
     if not isinstance(told["provenance"].get("inputs"), dict):
         raise _fault(path, "provenance.inputs", "the files that were read", "none")
     return told

@@ -20,9 +20,8 @@ GOALS = {"solve_ivp": 800.0, "diffrax": 100.0}
 
 RATE, SECONDS, BLOW = 2048.0, 2.0, 0.005
 FORCE = -1600.0
-SIDE, ASIDE, BESIDE, ROUNDS = 75, 8, 256, 20
-"""Designs along each axis; how many solve_ivp is given, and diffrax; rounds of which the best
-counts [-]."""
+SIDE, ASIDE, BESIDE = 75, 8, 256
+"""Designs along each axis; how many of them solve_ivp is given, and diffrax [-]."""
 
 SCORES = ("rms", "log_decrement", "peak")
 SETTINGS = ((1e-6, 1e-9), (1e-9, 1e-12))
@@ -54,7 +53,7 @@ class _Free:
 def map_rows() -> list[Row]:
     """Processor time of one design, ours first, and the largest error of a score [-]."""
     task = map_task()
-    seconds, found = timed(lambda: sweep(task), ROUNDS)
+    seconds, found = timed(lambda: sweep(task), 3)
     table = np.stack([found.scores[name].ravel() for name in SCORES], axis=1)
     few = np.linspace(0, task.count - 1, ASIDE).astype(int)
     best = _scipy(_free(task, few), (1e-11, 1e-14), "Radau")[0]
