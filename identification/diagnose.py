@@ -8,13 +8,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..model.rig import Rig
-from .evidence import believable, delta_bic, excess, explained, on_bounds
+from .evidence import SURE_SHARE, believable, delta_bic, excess, explained, on_bounds
 from .extend import HeldOut, extend, held_out, thinned, worst_ratio
 from .fit import DOMINATED, Fit, fit_base, solve
 from .noise import ljung_box
 from .problem import Problem, make_problem
 from .records import Record, check_record_against_rig
 from .screen import VISIBLE, Candidate, alikeness, hidden_masses, screen
+from .swung import is_swung
 from .trial import (
     LEAST_EVIDENCE,
     Trial,
@@ -272,7 +273,7 @@ class _Search:
         trial = replace(trial, fit=fit)
         share = explained(before, fit)
         shown = misfit_chance(before) < MISFIT_SHOWN or trial.delta_bic > BEYOND_DOUBT
-        if share < (LEAST_STEP if shown else LEAST_SHARE):
+        if share < (LEAST_STEP if shown and not self._half_asked(trial) else LEAST_SHARE):
             words = f"refused: it explains only {100 * share:.0f} % of the misfit beyond the noise"
             return replace(trial, verdict=words)
         index = fit.index(trial.candidate.entry.label)
@@ -289,6 +290,17 @@ class _Search:
         if told is not None and held is not None and not _gains(held, told, shown):
             return replace(trial, verdict=NO_GAIN)
         return replace(trial, verdict="accepted")
+
+    def _half_asked(self, trial: Trial) -> bool:
+        """Whether a law must take away half of what is left.
+
+        So it is once what small motions leave out of a swing explains nearly all: what is left is
+        of a club that is no lumped one, of which many laws take a little.
+        """
+        problem = self.base.problem
+        named = any(is_swung(problem, one.candidate.cause) for one in self.accepted)
+        more = not is_swung(problem, trial.candidate.cause)
+        return named and more and explained(self.base, self.fit) >= SURE_SHARE
 
     def _simpler(self, trial: Trial, trials: Sequence[Trial]) -> Trial:
         """The simpler law that an accepted one holds, where it foretells unseen records better."""

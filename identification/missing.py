@@ -14,6 +14,7 @@ from .fit import Fit
 from .motions import motions
 from .prepare import Prepared, bucket
 from .problem import sample
+from .swung import has_springs
 
 if TYPE_CHECKING:
     from .diagnose import Diagnosis
@@ -220,7 +221,8 @@ def _curve(against: str, x: np.ndarray, force: np.ndarray) -> Curve:
 
 def missing_json(diagnosis: Diagnosis) -> dict[str, Any] | None:
     """The missing force of a verdict that knows no cause, as JSON can hold it [SI]; else None."""
-    places = [c.place for c in diagnosis.candidates if c.law.acts]
+    problem = diagnosis.base.problem
+    places = [c.place for c in diagnosis.candidates if c.law.acts and has_springs(problem, c.place)]
     if diagnosis.status != "unknown" or not places:
         return None
     found = missing_force(diagnosis.base, places[0])

@@ -26,6 +26,7 @@ from .free import Entry, law_entry, shape_entries
 from .motions import motions
 from .prepare import Prepared
 from .problem import Cause, Problem, padded_lanes, sample
+from .swung import UNIT, is_swung, swings
 
 VISIBLE = 3.0
 """A law of natural strength that moves the records by less than this many noise units, after
@@ -59,6 +60,11 @@ class Candidate:
     shapes: tuple[Entry, ...] = ()
 
     @property
+    def cause(self) -> Cause:
+        """Place and law."""
+        return self.place, self.law
+
+    @property
     def name(self) -> str:
         """``place/law``."""
         return f"{self.place}/{self.law.name}"
@@ -73,6 +79,7 @@ def possible_causes(fit: Fit) -> list[Cause]:
         for law in library().values():
             fits = law.acts and law.kind == kind
             fits = fits and law.rotation in (None, mechanism.turns(place))
+            fits = fits and (not is_swung(problem, (place, law)) or swings(problem, law))
             if fits and (place, law.name) not in had and not _said_already(fit, place, law):
                 found.append((place, law))
     if any(told_motion(prepared) for prepared in problem.records):
@@ -169,6 +176,8 @@ def _scales_at(fit: Fit, cause: Cause) -> Scales:
     """How large motions are at a place, or readings of a channel [SI]."""
     place, law = cause
     scales = fit.problem.scales
+    if is_swung(fit.problem, cause):
+        return UNIT
     if not law.slot:
         return scales[place]
     channels = [c for p in fit.problem.records for c in p.record.channels if c.name == place]
@@ -259,6 +268,8 @@ def _columns(fit: Fit, trials: Sequence[Attempt]) -> Iterator[tuple[list[int], n
         place, law = trial.cause
         if law.fault is not None:
             name = "faults"
+        elif is_swung(fit.problem, trial.cause):
+            name = place  # its force and what sensors feel of it hang on what is told
         else:
             name = "channels" if not law.acts else ("forces" if linear else place)
         groups.setdefault(name, []).append(index)

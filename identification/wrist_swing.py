@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import BSpline
 
+from ..model import shaft
+
 LONGEST_STEP = 2.5e-3
 """Longest step of the integrator [s]; the fastest motion of a club on a wrist is some 20 Hz."""
 
@@ -108,8 +110,8 @@ def swing(
     Returns:
         Absolute angles, shape (t, wrists) [rad].
 
-    Source: Lagrange's equations of the two coordinates, the shaft's foreshortening to second
-    order as in `model.planar`; tests/identification/test_wrist_joint.py against chains of links.
+    Source: Lagrange's equations of the two coordinates, the shaft as `model.shaft` has it and its
+    root held by the hand; tests/identification/test_wrist_joint.py against chains of links.
     """
     interval = float(times[1] - times[0])
     parts = max(1, int(np.ceil(interval / LONGEST_STEP)))
@@ -152,14 +154,13 @@ def _rate(
     # acceleration of the wrist less that of free fall, along the club and across it
     along = arm.length * (gain * np.sin(tilt) - spin**2 * np.cos(tilt)) - arm.pull * np.cos(angle)
     across = arm.length * (gain * np.cos(tilt) + spin**2 * np.sin(tilt)) + arm.pull * np.sin(angle)
-    short = 1.2 / club.lever
-    reach = club.reach - 0.5 * short * bend**2
-    radial = along - reach * turn**2 - 2 * slide * turn
-    tangential = across - bend * turn**2 - 2 * short * bend * slide * turn
+    short, dip, curve = shaft.shortening(club.lever, bend)
+    reach = club.reach - short
+    radial = along - reach * turn**2 - 2 * slide * turn - curve * slide**2
+    tangential = across - bend * turn**2 - 2 * dip * slide * turn
     torque = -k * (tilt - rest) - damping * (turn - spin)
-    pull = -club.stiffness * bend - club.damping * slide
+    pull = -shaft.force(club.lever, club.stiffness, bend) - club.damping * slide
     # the head's acceleration is (radial - bend gain', tangential + reach gain' + bend'')
-    dip = short * bend
     m = club.head
     a11 = club.inertia + m * (reach**2 + bend**2)
     a12 = m * reach + m * bend * dip

@@ -14,6 +14,7 @@ from .energies import stiffness_matrix
 from .extended import Acting
 from .law import Place
 from .linear import Mechanism
+from .swung_plant import force_at_rest, swings_of
 
 NEWTON_STEPS = 40
 RAMPS = 8
@@ -57,17 +58,25 @@ def law_equilibrium(
     stiffness = stiffness_matrix(mechanism.rows(numbers))[:n, :n]
     push, seen = hold_rows(mechanism, numbers, hold)
     placed = [
-        (acting, *mechanism.place_rows(acting.place, numbers), rounding[acting.place])
+        (
+            acting,
+            *mechanism.place_rows(acting.place, numbers),
+            mechanism.push_rows(acting.place, numbers),
+            rounding[acting.place],
+        )
         for acting in laws
     ]
 
     def imbalance(unknown: jax.Array, share: float) -> jax.Array:
         q = unknown[:n]
         force = stiffness @ q - push * unknown[n]
-        for acting, rows, k, c, (wide, fast) in placed:
+        for acting, rows, k, c, pushes, (wide, fast) in placed:
             stretch = rows[:, :n] @ q
-            pull = held_force(acting, stretch, Place(k, c, wide, fast))
-            force = force + share * rows[:, :n].T @ pull
+            if acting.law in swings_of(mechanism):
+                pull = force_at_rest(numbers, acting.law, acting.place, acting.strength, stretch)
+            else:
+                pull = held_force(acting, stretch, Place(k, c, wide, fast))
+            force = force + share * pushes.T @ pull
         return jnp.append(force, seen @ q - hold.displacement)
 
     start, force = equilibrium(mechanism, numbers, hold)

@@ -120,6 +120,10 @@ class Chain:
                 return xp.asarray([self._stretch(a, b)]), xp.asarray([k]), xp.asarray([c])
         return xp.asarray([self._stretch(GROUND, place)]), xp.zeros(1), xp.zeros(1)
 
+    def push_rows(self, place: str, p: Mapping[str, Any], xp: Any = jnp) -> Any:
+        """Generalized forces of unit forces in a place's rows, shape (1, coordinates) [1]."""
+        return self.place_rows(place, p, xp)[0][:, :-1]
+
     def force_row(self, place: str, p: Mapping[str, Any], xp: Any = jnp) -> Any:
         """Generalized force of a unit force or torque at `place`, shape (coordinates,) [1]."""
         for name, a, b in self.links:

@@ -275,7 +275,7 @@ def _cuts(drive: Drive, step: float, last: int) -> list[float]:
     """Instants that the march must not step over: those between samples, and all real jumps."""
     marked = dict.fromkeys(drive.edges, drive.frequency > 0)
     for joint in drive.joints:
-        size = np.max(np.abs(joint.jumps), axis=0, initial=1e-300)
+        size = np.max(np.abs([(*joint.begin, 0.0, 0.0), *joint.pieces]), axis=0)
         for edge, jump in zip(joint.edges, joint.jumps, strict=True):
             is_jump = bool(np.any(np.abs(jump[:3]) > AT_REST * size[:3])) or joint.frequency > 0
             marked[edge] = marked.get(edge, False) or is_jump

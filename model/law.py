@@ -107,10 +107,11 @@ class Law:
 
     Attributes:
         name: the contract's name.
-        kind: where it acts: ``link``, ``mass``, ``reading`` (a measured channel), ``response``
-            (the same, where something drives the record), ``channel`` (a measured channel or
-            a drive's), ``axis`` (an accelerometer), ``load`` (the place where a sensor sits) or
-            ``drive`` (a told motion).
+        kind: where it acts: ``link``, ``mass``, ``arm`` (one that is told to move), ``spun`` (what
+            a told motion swings), ``reading`` (a measured channel), ``response`` (the same,
+            where something drives the record), ``channel`` (a measured channel or a drive's),
+            ``axis`` (an accelerometer), ``load`` (the place where a sensor sits) or ``drive`` (a
+            told motion).
         symbol: name of its strength in results, such as ``torque`` or ``gap``.
         dimension: exponents of force, length and time in the strength's unit [-].
         force: ``force(strength, stretch, rate, place)``, the force that resists the stretch
@@ -119,6 +120,10 @@ class Law:
             delay; ``fault`` where it misreads in its own way; ``axis`` where it looks another
             way; ``load`` where it weighs on the rig.
         fault: that way.
+        swing: for a law of a told motion, ``swing(strength, stretch, told, rows)``: the force that
+            resists the stretch of each row of what is swung [N or N m]; see `supple.model.swung`
+            for `told` and `rows`. There it stands for `force`.
+        felt: ``felt(strength, told, felt)``, what an accelerometer there reads more [m/s^2].
         of_channel: whether the strength's unit begins with the channel's.
         natural: strength [in its unit] that matters for motions of the given scales.
         signed: whether the strength may be negative.
@@ -159,11 +164,13 @@ class Law:
     limit_share: float = 0.0
     fault: Fault | None = None
     of_channel: bool = False
+    swing: Callable[..., Any] | None = None
+    felt: Callable[..., Any] | None = None
 
     @property
     def acts(self) -> bool:
         """Whether it acts by a force, and is no fault of a sensor."""
-        return self.force is not None or self.memory is not None
+        return any(way is not None for way in (self.force, self.memory, self.swing))
 
     def symbol_at(self, rotation: bool) -> str:
         """Name of the strength [-] at a place that turns or moves."""

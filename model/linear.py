@@ -56,6 +56,10 @@ class Mechanism(Protocol):
         """Stretch rows, stiffness and damping of a place [SI]."""
         ...
 
+    def push_rows(self, place: str, p: Mapping[str, Any], xp: Any = ...) -> Any:
+        """Generalized forces of unit forces in the rows of a place [SI]."""
+        ...
+
     def force_row(self, place: str, p: Mapping[str, Any], xp: Any = ...) -> Any:
         """Generalized force of a unit force or torque at a place [1 or m]."""
         ...
@@ -161,7 +165,8 @@ def state_space(
     for index, port in enumerate(inputs):
         if port.quantity in FORCES:
             pushed = pushed.at[:, size + index].add(mechanism.force_row(port.place, p))
-    pushed = pushed.at[:, size + count :].set(-law_rows[:, :n].T)
+    pushes = [jnp.zeros((0, n)), *(mechanism.push_rows(place, p) for place in law_places)]
+    pushed = pushed.at[:, size + count :].set(-jnp.concatenate(pushes).T)
     q = jnp.eye(n, size + width)
     v = jnp.eye(n, size + width, k=n)
     pulled = stiffness[:n, :n] @ q + damping[:n, :n] @ v

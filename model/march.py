@@ -12,8 +12,13 @@ from .chain import DERIVATIVES, FORCES
 from .law import Law, Memory, Place
 from .linear import Array, StateSpace, Step, make_step, moved_grounds, state_space
 from .plant import Plant, laws_of
+from .swung import SwungRows, Told
+from .swung_plant import swings_of, swung_rows, told_at, told_within
 
 NEWTON_STEPS = 3
+
+MOST_UNROLLED = 16
+"""Largest matrix of law forces whose inverse is unrolled [-]; larger ones take long to compile."""
 
 
 class ActingRows(NamedTuple):
@@ -135,7 +140,7 @@ def march_rows(
     first, last = _interval_values(plant, drive, step)
     matrices = make_step(space, step / substeps)
     x0 = _begin(plant, z[plant.slots["start"]], inputs)
-    law = _Laws(plant, space, acting)
+    law = _Laws(plant, space, acting, z)
     if law.rows == 0:
         return _march_linear(matrices, x0, first, last, substeps)
     return _march_laws(law, matrices, x0, first, last, substeps, (step / substeps, acting.memory))
@@ -166,19 +171,27 @@ def _march_linear(matrices: Step, x0: Array, first: Array, last: Array, substeps
 class _Laws:
     """Forces of all laws of a plant, and their slopes."""
 
-    def __init__(self, plant: Plant, space: StateSpace, acting: ActingRows) -> None:
-        self.space, self.n_inputs = space, len(plant.inputs)
+    def __init__(self, plant: Plant, space: StateSpace, acting: ActingRows, z: Array) -> None:
+        self.space, self.n_inputs, self.plant = space, len(plant.inputs), plant
+        self.numbers = plant.numbers(z)
+        self.swings = swings_of(plant.mechanism)
+        if self.swings:
+            rows = swung_rows(plant.mechanism, self.numbers)
+            self.swung = SwungRows(*(acting.select @ part for part in rows))
         self.jumps = _rate_jumps(plant)
         self.rows = space.stretch.shape[0]
         wide, fast = acting.widths[:, 0], acting.widths[:, 1]
         self.place = Place(space.stiffness, space.damping, wide, fast)
         self.plain: list[tuple[Law, Array]] = []
+        self.told: list[tuple[Law, Array]] = []
         self.lasting: list[tuple[Law, Memory, Array, list[Array]]] = []
         at = 0
         for law in laws_of(plant.mechanism):
             strength, at = acting.strengths[at], at + 1
             given, at = acting.strengths[at : at + len(law.shapes)], at + len(law.shapes)
-            if law.memory is None:
+            if law in self.swings:
+                self.told.append((law, strength))
+            elif law.memory is None:
                 self.plain.append((law, strength))
             else:
                 shapes = [jnp.where(shape > 0, shape, 1.0) for shape in given]
@@ -206,13 +219,24 @@ class _Laws:
             parts.append(law.advance(shapes, own, before, after, step))
         return jnp.concatenate(parts) if parts else memory
 
-    def whole_force(self, memory: Array, stretch: Array, rate: Array) -> Array:
+    def whole_force(self, memory: Array, stretch: Array, rate: Array, told: Told | None) -> Array:
         """Force of all laws on each row at one instant, shape (rows,) [N or N m]."""
         total, at = self.force(stretch, rate), 0
+        for law, strength in self.told:
+            assert law.swing is not None and told is not None
+            total = total + law.swing(strength, stretch, told, self.swung)
         for _, law, strength, shapes in self.lasting:
             own, at = memory[at : at + law.size], at + law.size
             total = total + law.force(strength, shapes, own, stretch, rate)
         return total
+
+    def told_at(self, x: Array, w: Array) -> Told | None:
+        """What the drive tells at a state under inputs; None where nothing is swung."""
+        return told_at(self.plant, self.numbers, x, w) if self.swings else None
+
+    def told_within(self, x: Array, w: tuple[Array, Array], step: Array) -> Told | None:
+        """The same in the middle and at the end of a step from a state on."""
+        return told_within(self.plant, self.numbers, x, w, step) if self.swings else None
 
     def at_nodes(self, nodes: Array, memory: Array, before: Any, step: Array) -> Array:
         """Forces in the middle and at the end of a step, shape (2, rows) [N or N m].
@@ -220,12 +244,12 @@ class _Laws:
         Args:
             nodes: stretches and rates in the middle and at the end, shape (2 nodes, 2, rows).
             memory: what laws remember at the start of the step.
-            before: stretch and rate at the start.
+            before: stretch and rate at the start, and what is told at the nodes.
             step: length of the step [s].
         """
-        seen = nodes[:, 0], nodes[:, 1]
+        seen, (*began, told) = (nodes[:, 0], nodes[:, 1]), before
         spent = step * jnp.array([[0.5], [1.0]])
-        return self.whole_force(self.advance(memory[:, None], before, seen, spent), *seen)
+        return self.whole_force(self.advance(memory[:, None], began, seen, spent), *seen, told)
 
     def slopes(self, nodes: Array, memory: Array, before: Any, step: Array) -> tuple[Array, Array]:
         """`at_nodes` and its derivatives by stretch and rate, shape (2, 2, rows).
@@ -246,6 +270,8 @@ class _Laws:
 def _inverse(matrix: Array) -> Array:
     """Inverse of a small matrix by unrolled elimination (law matrices are near the identity)."""
     size = matrix.shape[0]
+    if size > MOST_UNROLLED:
+        return jnp.linalg.inv(matrix)
     if size == 2:
         (a, b), (c, d) = (matrix[0, 0], matrix[0, 1]), (matrix[1, 0], matrix[1, 1])
         return jnp.array([[d, -b], [-c, a]]) / (a * d - b * c)
@@ -317,7 +343,7 @@ def _march_laws(
         moved = moved + jnp.concatenate([pad, carried[:m], pad, carried[m:]])
         base = _times(see_free, x) + _times(see_first, f0) + moved
         before = seen_at(x, w0)
-        f, defect = solve(base, guess, (memory, before))
+        f, defect = solve(base, guess, (memory, (*before, law.told_within(x, w, step))))
         end = (base + _times(see, f))[2 * m :].reshape(2, m)
         memory = law.advance(memory, before, (end[0], end[1]), step)
         new = _times(matrices.free[1], x) + _times(to_force[1][0], f0)
@@ -331,7 +357,7 @@ def _march_laws(
         state = carry
         if law.jumps:
             memory = carry[3]
-            fresh = law.whole_force(memory, *seen_at(carry[0], w0))
+            fresh = law.whole_force(memory, *seen_at(carry[0], w0), law.told_at(carry[0], w0))
             state = (carry[0], fresh, jnp.concatenate([fresh, fresh]), memory)
 
         def part(k: int, now: tuple[Any, Array]) -> tuple[Any, Array]:
@@ -349,7 +375,7 @@ def _march_laws(
 
     began = seen_at(x0, first[0])
     memory = law.begin(*began) if given is None else given
-    f0 = law.whole_force(memory, *began)
+    f0 = law.whole_force(memory, *began, law.told_at(x0, first[0]))
     carry = (x0, f0, jnp.concatenate([f0, f0]), memory)
     carry, (states, forces, worst) = jax.lax.scan(advance, carry, (first, last))
     states = jnp.concatenate([x0[None], states])

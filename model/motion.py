@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from .balance import law_equilibrium
@@ -23,6 +24,7 @@ from .extended import (
 )
 from .linear import Array, Mechanism, Port, state_space
 from .plant import Plant, numbers_vector
+from .swung_plant import swings_of, swung_readings
 
 TILE = 256
 """Designs that are computed at once [-]; the last tile is filled up."""
@@ -272,6 +274,12 @@ def _respond_with_laws(
     n = len(mechanism.coordinates)
     bend = states @ space["a"][n : 2 * n].T + felt @ space["b"][n : 2 * n].T
     samples = states @ space["c"].T + felt @ space["d"].T
+    if swings_of(mechanism):
+        known = {acting.law.name: acting.strength for acting in laws}
+        seen = replace(plant, sensors=plan.sensors)
+        inputs = jnp.asarray(drive.sampled(times))
+        more = swung_readings(seen, numbers, known, jnp.asarray(states), inputs)
+        samples = samples + np.asarray(more)
     q, v = states[:, :n], states[:, n : 2 * n]
     return Motion(
         times, mechanism.coordinates, q, v, bend, plan.sensors, samples, error, refinement

@@ -14,7 +14,8 @@ from .chain import DERIVATIVES, FORCES
 from .delay import shift
 from .linear import Array, StateSpace, make_step
 from .march import ActingRows, March, acting_space, march_rows, offset_mask, space_of
-from .plant import Plant
+from .plant import Plant, laws_of
+from .swung_plant import swings_of, swung_readings, swung_rows
 from .told import accelerated
 
 
@@ -28,9 +29,22 @@ def _simulate(
     drive = inputs + z[bare.slots["drive"]] * offset_mask(bare)
     felt = jnp.concatenate([_felt(bare, drive, step), motion.forces], axis=1)
     outputs = motion.states @ space.c.T + felt @ space.d.T
+    if motion.forces.shape[1] and swings_of(bare.mechanism):
+        outputs = outputs + _swung(bare, z, acting, motion.states, drive)
     outputs = shift(outputs, z[bare.slots["delay"]] / step) * (1.0 + z[bare.slots["gain"]])
     outputs = outputs + z[bare.slots["offset"]]
     return jnp.concatenate([outputs, motion.defect[:, None]], axis=1), motion
+
+
+def _swung(bare: Plant, z: Array, acting: ActingRows, states: Array, drive: Array) -> Array:
+    """What the laws of a told motion add to the sensors, shape (t, sensors) [SI]."""
+    numbers, at, found = bare.numbers(z), 0, {}
+    first = acting.select @ swung_rows(bare.mechanism, numbers).first
+    for law in laws_of(bare.mechanism):
+        if law in swings_of(bare.mechanism):
+            found[law.name] = acting.strengths[at] @ first
+        at += 1 + len(law.shapes)
+    return swung_readings(bare, numbers, found, states, drive)
 
 
 def _split(plant: Plant, z: Any) -> tuple[Any, Any]:

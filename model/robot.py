@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from . import swung
 from .energies import Rows
 from .parameters import Parameter
 
@@ -161,8 +162,16 @@ class Robot:
         return club if self.model == "fixed_collet" else (*club, "wrist")
 
     def law_places(self) -> dict[str, str]:
-        """Where a law can act: sleeve, shaft and, where there is one, wrist."""
-        return dict.fromkeys(self.springs, "link")
+        """Where a law can act: sleeve, shaft, wrist where there is one, and what is swung.
+
+        Where joints are told: the arm, if it is one of them, the collet and the clubhead.
+        """
+        swings = {
+            place: kind
+            for place, kind in swung.KINDS.items()
+            if self.grounds and (place != "arm" or place in self.grounds)
+        }
+        return dict.fromkeys(self.springs, "link") | swings
 
     def rows(self, p: Mapping[str, Any], xp: Any = None) -> Rows:
         """Rows of the energies; the last columns are the prescribed angles, see `grounds`.
@@ -190,21 +199,34 @@ class Robot:
         """Stretch rows of a place with the stiffness and damping that sit there.
 
         Args:
-            place: sleeve (two rows, one a set of two elements), shaft or wrist.
+            place: sleeve (two rows, one a set of two elements), shaft, wrist or what is swung.
             p: the robot's numbers by contract name [SI].
             xp: array namespace.
 
         Returns:
             rows (m, columns), stiffness (m,) [N/m or N m/rad], damping (m,) [N s/m or N m s/rad];
-            both zero at the wrist of a driven collet.
+            both zero at the wrist of a driven collet, and where a told motion swings.
         """
         xp = xp or _jax_numpy()
+        if place in swung.KINDS:
+            rows = [self._row(r, p, told, told) for r, told in swung.stretches(place, p)]
+            return xp.asarray(rows), xp.zeros(len(rows)), xp.zeros(len(rows))
         here = [spring for spring in self._springs(p) if spring[0] == place]
         return (
             xp.asarray([row for _, row, _, _ in here]),
             xp.asarray([k for _, _, k, _ in here]),
             xp.asarray([c for _, _, _, c in here]),
         )
+
+    def push_rows(self, place: str, p: Mapping[str, Any], xp: Any = None) -> Any:
+        """Generalized forces of unit forces in a place's rows, shape (m, coordinates) [1 or m].
+
+        Those of its stretches, but where a told motion swings, see `swung.pushes`.
+        """
+        xp = xp or _jax_numpy()
+        if place in swung.KINDS:
+            return xp.asarray([self._row(row, p)[:4] for row in swung.pushes(place, p)])
+        return self.place_rows(place, p, xp)[0][:, : len(self.coordinates)]
 
     def force_row(self, place: str, p: Mapping[str, Any], xp: Any = None) -> Any:
         """Generalized force of a unit force (clubhead, grip) or torque (collet, wrist) [1 or m]."""

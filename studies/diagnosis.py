@@ -40,14 +40,23 @@ def diagnose_records(
         ValueError: in the words of the door.
     """
     inputs = read_inputs(paths, rig, held_out)
+    result, found = diagnosed(inputs, seed, progress)
+    write_diagnosis(result, found, inputs, out)
+    return result, found.final.converged
+
+
+def diagnosed(inputs: Inputs, seed: int, progress: Progress) -> tuple[dict[str, Any], Diagnosis]:
+    """Diagnose what was read: the contract's ``diagnosis.json``, and what stands behind it [SI].
+
+    Raises:
+        ValueError: in the words of the door.
+    """
     from ..identification.diagnose import diagnose
     from ..identification.verdict import diagnosis_json
 
     found = diagnose(inputs.records, inputs.rig, inputs.held_out, progress)
     progress("")
-    result = diagnosis_json(found, inputs.provenance(seed))
-    write_diagnosis(result, found, inputs, out)
-    return result, found.final.converged
+    return diagnosis_json(found, inputs.provenance(seed)), found
 
 
 def write_diagnosis(

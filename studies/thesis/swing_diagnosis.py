@@ -14,6 +14,7 @@ from .runs import FINAL_WRIST, TABLE_4
 from .table import Listed, Row, claim
 
 if TYPE_CHECKING:
+    from ...identification.views import RecordView
     from .measured_swings import MeasuredSwing
 
 LACKING = ("base_acceleration", "centrifugal_stiffening", "gravity")
@@ -36,6 +37,7 @@ class Verdict:
         trained: records that were fitted.
         held: records that were held out.
         files: the records, by name.
+        views: every channel with what was simulated before and after; none where it refuses.
     """
 
     result: Mapping[str, Any]
@@ -43,6 +45,12 @@ class Verdict:
     trained: tuple[str, ...]
     held: tuple[str, ...]
     files: Mapping[str, str]
+    views: tuple[RecordView, ...] = ()
+
+    @property
+    def causes(self) -> list[Mapping[str, Any]]:
+        """Causes that it names or, where it is not sure of them all, guesses, in order."""
+        return [*self.result["causes"], *self.result.get("best_guess", ())] if self.result else []
 
     @property
     def explained(self) -> float:
@@ -57,23 +65,22 @@ class Verdict:
         records = {"fitted": list(self.trained), "held_out": list(self.held)}
         if self.refused:
             return {"refused": self.refused, "records": records}
-        keys = ("status", "sentence", "why", "causes", "misfit", "gain", "history", "cannot_tell")
+        keys = (
+            *("status", "sentence", "why", "causes", "best_guess", "candidates", "misfit", "gain"),
+            *("history", "cannot_tell", "parameters", "nuisances"),
+        )
         kept = {key: self.result[key] for key in keys if key in self.result}
         return kept | {"explained": self.explained, "records": records, "asked_of": list(LACKING)}
 
     def row(self) -> Row:
         """Whether it names what the thesis's model lacks."""
-        known = _library()
-        absent = [name for name in LACKING if name not in known]
         if self.refused:
             found, holds = f"refused: {self.refused}", False
         else:
             named = [cause["law"] for cause in self.result["causes"]]
             holds = bool(named) and set(named) <= set(LACKING) and self.explained > ENOUGH
             found = f"{self.result['status']}: {self.result['sentence']}"
-        why = "What it names stands in for terms of fast and large rotations."
-        if absent:
-            why += f" Its library has no law {', '.join(absent)}, so it cannot name them."
+        why = "What else it names stands in for a club that is no lumped one."
         return claim(
             "diagnosis", "the diagnosis names what the thesis's model lacks in full swings",
             found, holds, "lines 1949, 1955; A6, A8", why=why,
@@ -112,12 +119,6 @@ def _name(step: Mapping[str, Any]) -> str:
     return f"{step['place']}/{step['law']}" if step.get("law") else _NONE
 
 
-def _library() -> set[str]:
-    from ...model.law import library
-
-    return set(library())
-
-
 def asked(swings: Sequence[MeasuredSwing], call: Call) -> Verdict:
     """Lets the public diagnosis judge the thesis's model by the measured swings.
 
@@ -128,10 +129,11 @@ def asked(swings: Sequence[MeasuredSwing], call: Call) -> Verdict:
     Returns:
         What it says; a refusal is an answer too.
     """
-    from ..diagnosis import diagnose_records
+    from ..diagnosis import diagnosed, diagnosis_views
+    from ..engine import read_inputs
     from .measured_swings import record_files
 
-    texts: dict[str, str] = {"rig.toml": _rig(swings[0])}
+    texts: dict[str, str] = {"rig.toml": rig_text(swings[0])}
     for swing in swings:
         texts |= record_files(swing)
     names = [swing.name for swing in swings]
@@ -142,14 +144,15 @@ def asked(swings: Sequence[MeasuredSwing], call: Call) -> Verdict:
             (Path(folder) / name).write_text(text, encoding="utf-8")
         paths = [[Path(folder) / f"{name}.toml" for name in part] for part in (trained, held)]
         try:
-            result, _ = diagnose_records(paths[0], None, paths[1], None, call.seed, call.progress)
+            inputs = read_inputs(paths[0], None, paths[1])
+            result, found = diagnosed(inputs, call.seed, call.progress)
         except ValueError as fault:
             return Verdict({}, str(fault).replace(folder, "."), trained, held, texts)
     plain = json.loads(json.dumps(result).replace(folder, "."))
-    return Verdict(plain, "", trained, held, texts)
+    return Verdict(plain, "", trained, held, texts, tuple(diagnosis_views(found)))
 
 
-def _rig(swing: MeasuredSwing) -> str:
+def rig_text(swing: MeasuredSwing) -> str:
     """The thesis's driven arm with its best wrist, known within `SPREAD`."""
     from ...model.door import toml_text
 

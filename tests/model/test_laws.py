@@ -23,6 +23,8 @@ NAMED = {
     "quadratic_damping",
     "clearance",
     "gravity",
+    "base_acceleration",
+    "centrifugal_stiffening",
     "hysteresis",
     "relaxation",
     "slip",
@@ -68,7 +70,8 @@ def test_a_law_says_what_it_is(name):
     law = LAWS[name]
     assert law.name == name
     assert law.kind in (
-        *("link", "mass", "reading", "response", "channel", "axis", "load", "drive"),
+        *("link", "mass", "arm", "spun"),
+        *("reading", "response", "channel", "axis", "load", "drive"),
     )
     assert law.acts != bool(law.slot), "a force, or a number of a sensor"
     assert law.slot in ("", "offset", "delay", "gain", "fault", "axis", "load")
@@ -98,6 +101,8 @@ def test_a_strength_that_matters_is_finite_and_positive(name):
         ("quadratic_damping", "N s^2/m^2", "N m s^2/rad^2"),
         ("clearance", "m", "rad"),
         ("gravity", "N", "N m"),
+        ("base_acceleration", "1", "1"),
+        ("centrifugal_stiffening", "1", "1"),
         ("sensor_delay", "s", "s"),
         ("sensor_mass", "kg", "kg m^2"),
     ],

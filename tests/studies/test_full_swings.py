@@ -17,7 +17,7 @@ from supple.studies.thesis import full_swings
 from supple.studies.thesis.measured_swings import ask_bench, read_measured, record_files
 from supple.studies.thesis.runs import head
 from supple.studies.thesis.swing_compare import RESTS, compare, left, oscillation
-from supple.studies.thesis.swing_diagnosis import LACKING, Verdict, _rig
+from supple.studies.thesis.swing_diagnosis import LACKING, Verdict, rig_text
 from supple.studies.thesis.swing_runs import (
     COMPLIANT,
     PLANAR,
@@ -95,7 +95,7 @@ def test_a_swing_comes_from_markers_and_gauges_as_it_was(folder, swing):
 def test_the_record_for_the_diagnosis_is_one_of_the_house(swing, tmp_path):
     for name, text in record_files(swing).items():
         (tmp_path / name).write_text(text, encoding="utf-8")
-    (tmp_path / "rig.toml").write_text(_rig(swing), encoding="utf-8")
+    (tmp_path / "rig.toml").write_text(rig_text(swing), encoding="utf-8")
     record, rig = read_record(tmp_path / "golfer_1.toml"), read_rig(tmp_path / "rig.toml")
     check_record_against_rig(record, rig)
     assert rig.fidelity == "thesis" and rig.model == "driven_arm"
