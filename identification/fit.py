@@ -384,6 +384,30 @@ def allowances_of(model: Model, fit: Fit) -> dict[str, Allowance]:
     return {name: some for name, some in found.items() if some is not None}
 
 
+DESCENTS = 3
+
+def descended(fit: Fit) -> Fit:
+    """The fit weighed by the instruments' noise alone, whatever errors of the model are left.
+
+    Weights by the misfit's own spectrum forgive slow errors. Where a model can follow the records
+    they hide it: the way down leads past them.
+    """
+    for _ in range(DESCENTS):
+        floor = learn_noise(fit)
+        problem = replace(fit.problem, floor=floor)
+        model = replace(fit.model, problem=problem, noises=floor, horizon=np.inf)
+        fit = solve(replace(model, allowances=allowances_of(model, fit)), fit.x, 40)
+        if all(misfit.ratio < DOMINATED for misfit in fit.misfits.values()):
+            break
+    return fit
+
+
+def loudness(fit: Fit) -> float:
+    """Squared misfit of all channels in units of the instruments' noise [-]."""
+    floor = {key: noise.marginal_std for key, noise in learn_noise(fit).items()}
+    return sum(float(np.sum(fit.residual_of(key) ** 2)) / floor[key] ** 2 for key in fit.keys)
+
+
 PATIENCE = 200
 """Evaluations that a last fit may take [-]: where two constants trade off along a bent valley, as
 a stiff sleeve and a soft shaft do, each step is short."""
@@ -393,7 +417,9 @@ def settle(fit: Fit) -> Fit:
     """Learn the noise law, weigh by it, fit again, and attach errors and scales."""
     for _ in range(3):
         floor = learn_noise(fit)
-        noises = weights_of(fit, floor)
+        # errors of told motions that nobody has estimated yet are not errors of the model
+        bare = not fit.model.allowances and bool(allowances_of(fit.model, fit))
+        noises = floor if bare else weights_of(fit, floor)
         before = fit.model.noises
         same = all(_alike(noises[key], before[key]) for key in noises)
         problem = replace(fit.problem, floor=floor)

@@ -153,6 +153,7 @@ class Model:
         """The plant's z [SI] for one record at scaled unknowns x."""
         plant = self.plant(prepared)
         z = numbers_vector(plant, self.problem.numbers | prepared.numbers)
+        z[plant.slots["since"]] = prepared.since
         links = self.links(prepared)
         for i, at in links:
             if self.entries[i].slot == "numbers":

@@ -136,6 +136,7 @@ def march_rows(
     matrices = make_step(space, step / substeps)
     x0 = _begin(plant, z[plant.slots["start"]], inputs)
     law = _Laws(plant, space, acting)
+    law.since = z[plant.slots["since"]][0]
     if law.rows == 0:
         return _march_linear(matrices, x0, first, last, substeps)
     return _march_laws(law, matrices, x0, first, last, substeps, (step / substeps, acting.memory))
@@ -163,12 +164,29 @@ def _march_linear(matrices: Step, x0: Array, first: Array, last: Array, substeps
     return March(states, jnp.zeros((count, 0)), jnp.zeros(count), jnp.zeros((0, 0)))
 
 
+def begun(memory: Memory, shapes: Any, now: tuple[Array, Array], since: Array) -> Array:
+    """What a law remembers at a start state, shape (numbers, rows).
+
+    Args:
+        memory: of the law.
+        shapes: its further numbers [SI].
+        now: stretch and rate at the start [SI].
+        since: time since a blow threw the mechanism out of its rest, over which the stretch is
+            taken to have grown evenly [s]; 0 where it was loaded slowly.
+    """
+    rest = jnp.zeros_like(now[0]), jnp.zeros_like(now[1])
+    spent = jnp.where(since > 0, since, 1.0)
+    struck = memory.advance(shapes, memory.begin(shapes, *rest), rest, now, spent)
+    return jnp.where(since > 0, struck, memory.begin(shapes, *now))
+
+
 class _Laws:
     """Forces of all laws of a plant, and their slopes."""
 
     def __init__(self, plant: Plant, space: StateSpace, acting: ActingRows) -> None:
         self.space, self.n_inputs = space, len(plant.inputs)
         self.jumps = _rate_jumps(plant)
+        self.since: Any = 0.0
         self.rows = space.stretch.shape[0]
         wide, fast = acting.widths[:, 0], acting.widths[:, 1]
         self.place = Place(space.stiffness, space.damping, wide, fast)
@@ -195,7 +213,9 @@ class _Laws:
     def begin(self, stretch: Array, rate: Array) -> Array:
         """What laws remember of how the motion began, shape (numbers, rows)."""
         empty = jnp.zeros((0, self.rows))
-        parts = [m.begin(shapes, stretch, rate) for _, m, _, shapes in self.lasting]
+        parts = [
+            begun(m, shapes, (stretch, rate), self.since) for _, m, _, shapes in self.lasting
+        ]
         return jnp.concatenate([empty, *parts])
 
     def advance(self, memory: Array, before: Any, after: Any, step: Array) -> Array:
