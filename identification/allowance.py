@@ -72,6 +72,10 @@ class Marginal:
         """Best numbers in units of their priors, shape (m,), for whitened residuals [-]."""
         return self.turn @ (self.sizes / (1.0 + self.sizes**2) * (self.basis.T @ white))
 
+    def taken(self) -> np.ndarray:
+        """How much of each whitened sample the estimates follow, shape (samples,), 0 to 1 [-]."""
+        return self.basis**2 @ (self.sizes**2 / (1.0 + self.sizes**2))
+
 
 LEAST_SIZE = 1e-6
 """Directions that move a record by less than this, in noise units, are left out [-]."""

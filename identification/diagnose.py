@@ -53,6 +53,10 @@ BEYOND_DOUBT = 150.0
 """Fall of BIC that counts as a misfit shown, where zeros and tolerances take it in [-]: twice the
 most that a law was seen to gain on a clean set of a finite-element club."""
 
+UNSHOWN = 90.0
+"""Fall of BIC that a law needs where no misfit shows [-]: an effect counts as detectable from ten
+units of noise on, which is 100 of the cost, and a number more costs about 10."""
+
 MISFIT_SHOWN = 0.01
 """Chance of the worst channel's misfit under the noise, below which there is one [-]."""
 
@@ -273,6 +277,8 @@ class _Search:
         trial = replace(trial, fit=fit)
         share = explained(before, fit)
         shown = misfit_chance(before) < MISFIT_SHOWN or trial.delta_bic > BEYOND_DOUBT
+        if not shown and trial.delta_bic < UNSHOWN:
+            return replace(trial, verdict=f"refused: no misfit shows, {trial.delta_bic:.0f} of BIC")
         if share < (LEAST_STEP if shown and not self._half_asked(trial) else LEAST_SHARE):
             words = f"refused: it explains only {100 * share:.0f} % of the misfit beyond the noise"
             return replace(trial, verdict=words)

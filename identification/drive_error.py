@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
-from scipy.interpolate import BSpline
+from scipy.interpolate import BSpline, CubicSpline
 
 from ..model.chain import DERIVATIVES
 from ..model.plant import numbers_vector
@@ -17,21 +17,19 @@ from .prepare import Prepared
 from .problem import Model, sample
 from .records import Channel
 
-KNOT = 0.004
-"""Shortest distance of the knots of a drive's error [s]: the robot reports at 250 Hz."""
-
-MOST_KNOTS = 600
-"""Knots of a record [-]; a long one has them further apart."""
+MOST_ERRORS = 600
+"""Errors of a told motion that are estimated of one record [-]: each sample's where it has no more,
+else those at as many knots of a smooth curve."""
 
 ORDER = 5
 """Differences of this order leave the noise of a smooth motion [-]."""
 
 
 def drive_allowances(model: Model, x: np.ndarray) -> dict[str, list[Allowance]]:
-    """Errors of every told motion, by record: its noise at knots, and its clock.
+    """Errors of every told motion, by record: those of its samples, and its clock.
 
-    The response to the error at one knot is that at the first one, later: the mechanism without
-    its laws is linear, and the errors are small.
+    A sample's error moves the curve through the samples, and the mechanism without its laws, which
+    is linear, follows; half the sampling rate and a little more is in it.
 
     Args:
         model: with its constants.
@@ -51,7 +49,7 @@ def drive_allowances(model: Model, x: np.ndarray) -> dict[str, list[Allowance]]:
             if np.ptp(channel.values) > 0:
                 numbers = model.numbers(prepared, x)
                 parts = found.setdefault(prepared.name, [])
-                parts.append(_knots(model, prepared, numbers, index, channel))
+                parts.append(_errors(model, prepared, numbers, index, channel))
                 parts += _clock(model, prepared, numbers, index, channel)
     return found
 
@@ -74,32 +72,51 @@ def told_noise(channel: Channel) -> float:
     return max(spread / size, coarse)
 
 
-def _knots(
+def _errors(
     model: Model, prepared: Prepared, numbers: Mapping[str, float], index: int, channel: Channel
 ) -> Allowance:
-    rate = 1.0 / prepared.step
-    every = max(KNOT, 1.0 / channel.sample_rate, prepared.count / rate / MOST_KNOTS)
-    stride = max(1, round(every * rate))
-    bump = np.zeros(len(prepared.inputs))
-    at = np.arange(1, 4 * stride) / stride
-    bump[1 : 4 * stride] = _spline(at)
-    told = _response(model, prepared, numbers, index, bump)
-    count = (prepared.count - 1) // stride + 4
-    # the first bumps begin before the record; what they did before it is in the start state
-    shifts = stride * np.arange(-3, count - 3)
+    """Errors of a told motion's samples, as far as the curve through them carries them on."""
+    begin = prepared.start / prepared.record.sample_rate
+    times = begin + np.arange(len(prepared.inputs)) * prepared.step
+    curves, each = _curves(channel, times[: prepared.count])
+    wide = np.zeros((len(times), curves.shape[1]))
+    wide[: prepared.count] = curves
+    wide[prepared.count :] = curves[-1]
+    size = 2 * len(times)
+    hat = np.zeros(len(times))
+    hat[LEAD] = 1.0  # the curve through it bends before it, too
+    pulse = _response(model, prepared, numbers, index, hat)
+    motion = np.fft.rfft(wide, size, axis=0)
     columns = []
     for number, sensor in enumerate(prepared.sensors):
-        wide = np.zeros((len(told), count))
-        for column, shift in enumerate(shifts):
-            if shift < 0:
-                wide[:shift, column] = told[-shift:, number]
-            else:
-                wide[shift:, column] = told[: len(told) - shift, number]
-        columns.append(np.asarray(sample(sensor, wide)))
-    noise = told_noise(channel) * np.sqrt(1.0 / (channel.sample_rate * every))
+        of_pulse = np.fft.rfft(pulse[:, number], size)
+        told = np.fft.irfft(of_pulse[:, None] * motion, size, axis=0)[LEAD : LEAD + len(times)]
+        columns.append(np.asarray(sample(sensor, told)))
+    priors = np.full(curves.shape[1], told_noise(channel) * each)
+    return Allowance(("drive",) * curves.shape[1], tuple(columns), priors)
+
+
+def _curves(channel: Channel, times: np.ndarray) -> tuple[np.ndarray, float]:
+    """Motions on the grid for unit errors, shape (t, m), and each one's size in noises [-]."""
+    own = channel.start_time + np.arange(len(channel.values)) / channel.sample_rate
+    near = np.flatnonzero((own > times[0] - REACH / channel.sample_rate)
+                          & (own < times[-1] + REACH / channel.sample_rate))  # fmt: skip
+    if 3 < len(near) <= MOST_ERRORS:
+        curve = CubicSpline(own[near], np.eye(len(near)))
+        return curve(np.clip(times, own[near[0]], own[near[-1]])), 1.0
+    every = (times[-1] - times[0]) / (MOST_ERRORS - 4)
+    at = (times[:, None] - times[0]) / every - np.arange(-3, MOST_ERRORS - 3)
+    inside = (at > 0.0) & (at < 4.0)
+    bumps = np.where(inside, _spline(np.where(inside, at, 0.0)), 0.0)
     # of bumps of unit size the sum of squares at any time is 0.5 on average
-    priors = np.full(count, noise / np.sqrt(0.5))
-    return Allowance(("drive",) * count, tuple(columns), priors)
+    return bumps, float(np.sqrt(1.0 / (channel.sample_rate * every) / 0.5))
+
+
+LEAD = 32
+"""Samples by which a unit pulse stands off the grid's start [-]."""
+
+REACH = 8
+"""Samples beyond a record that still bend the curve within it [-]."""
 
 
 def _clock(

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .allowance import Allowance
-from .fit import DOMINATED, Fit, solve
+from .allowance import Allowance, joined
+from .drive_error import drive_allowances
+from .fit import DOMINATED, Fit, learn_noise, solve
 from .free import Entry
 from .prepare import Prepared, coarser, shortened
 from .problem import Key, Model, Problem, base_entries, opening_model, rough_noise
@@ -28,7 +29,8 @@ class HeldOut:
 
     Every shared number is held. Of the record only its start state and zeros are fitted, to its
     first three periods (or its first fiftieth where it is driven); numbers that are
-    ``per = "record"`` need the whole record.
+    ``per = "record"`` need the whole record, and so do errors of a told motion, which are
+    estimated within its noise.
 
     Attributes:
         fit: that fit of the nuisances alone.
@@ -179,7 +181,7 @@ def held_out(fit: Fit, problem: Problem) -> HeldOut:
         x = solve(replace(near, horizon=horizon), x, 20).x
     if any(entry.slot == "numbers" for entry in entries):
         x = grown(model, x, 20).x
-    found = solve(model, x, 0)
+    found = _told_motions(solve(model, x, 0))
     errors, sizes, noises, means = {}, {}, {}, {}
     for prepared in problem.records:
         for sensor in prepared.sensors:
@@ -190,6 +192,22 @@ def held_out(fit: Fit, problem: Problem) -> HeldOut:
             noises[key] = found.judged[key][0].marginal_std
             means[key] = float(np.mean(np.abs(gap)) / np.max(np.abs(sensor.values)))
     return HeldOut(found, errors, sizes, noises, means)
+
+
+def _told_motions(fit: Fit) -> Fit:
+    """The fit with errors of told motions estimated, of sizes that their own noise allows.
+
+    Nothing of the mechanism is fitted; two rounds, since they colour what first seems noise.
+    """
+    for _ in range(2):
+        parts = drive_allowances(fit.model, fit.x)
+        open_ = {name: joined(some) for name, some in parts.items()}
+        if not open_:
+            return fit
+        allowances = {name: some for name, some in open_.items() if some is not None}
+        model = replace(fit.model, noises=learn_noise(fit), allowances=allowances)
+        fit = solve(model, fit.x, 0)
+    return fit
 
 
 def _at_typical(entry: Entry, fit: Fit) -> Entry:

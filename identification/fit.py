@@ -39,6 +39,8 @@ class Fit:
         status: one sentence.
         step_error: change of the response when the integrator's step is halved, in noise units.
         estimates: best numbers of each record's allowance, in units of their priors [-].
+        taken: of each channel, how many samples these follow [-]; what is left of it is quieter
+            than its noise by as much.
     """
 
     model: Model
@@ -50,6 +52,7 @@ class Fit:
     status: str
     step_error: float = 0.0
     estimates: Mapping[str, np.ndarray] = field(default_factory=dict)
+    taken: Mapping[Key, float] = field(default_factory=dict)
 
     @property
     def problem(self) -> Problem:
@@ -88,7 +91,13 @@ class Fit:
     @cached_property
     def judged(self) -> dict[Key, tuple[Noise, Misfit]]:
         """Noise law [SI] that each (record, channel) shows, and the misfit against it."""
-        return {key: noise_of(self.sensor_of(key), self.predicted[key]) for key in self.keys}
+        found = {}
+        for key in self.keys:
+            sensor, taken = self.sensor_of(key), self.taken.get(key, 0.0)
+            louder = np.sqrt(len(sensor.values) / max(len(sensor.values) - taken, 1.0))
+            said = sensor.values - louder * self.residual_of(key)
+            found[key] = noise_of(sensor, said)
+        return found
 
     @cached_property
     def misfits(self) -> dict[Key, Misfit]:
@@ -144,19 +153,21 @@ def solve(model: Model, start: np.ndarray, evaluations: int = 40) -> Fit:
 
 def _finish(model: Model, x: np.ndarray, converged: bool) -> Fit:
     predicted = model.predict(x)
-    estimates = model.estimates(predicted)
+    estimates, taken = model.estimates(predicted), {}
     for prepared in model.problem.records:
         if prepared.name in estimates:
             allowance = model.allowances[prepared.name]
             numbers = estimates[prepared.name] * allowance.priors
-            for sensor, block in zip(prepared.sensors, allowance.columns, strict=True):
+            parts = zip(prepared.sensors, allowance.columns, model.taken(prepared), strict=True)
+            for sensor, block, count in parts:
                 key = prepared.name, sensor.channel.name
                 predicted[key] = predicted[key] + block @ numbers
+                taken[key] = count
     count = sum(len(s.values) for p in model.problem.records for s in p.sensors)
     cost = float(np.sum(model.residual(x) ** 2))
     status = CONVERGED if converged else STOPPED
     empty = np.zeros((len(x), len(x)))
-    return Fit(model, x, empty, predicted, cost, count, status, estimates=estimates)
+    return Fit(model, x, empty, predicted, cost, count, status, 0.0, estimates, taken)
 
 
 def noise_of(sensor: Sensor, predicted: np.ndarray) -> tuple[Noise, Misfit]:
@@ -384,6 +395,30 @@ def allowances_of(model: Model, fit: Fit) -> dict[str, Allowance]:
     return {name: some for name, some in found.items() if some is not None}
 
 
+DESCENTS = 3
+
+def descended(fit: Fit) -> Fit:
+    """The fit weighed by the instruments' noise alone, whatever errors of the model are left.
+
+    Weights by the misfit's own spectrum forgive slow errors. Where a model can follow the records
+    they hide it: the way down leads past them.
+    """
+    for _ in range(DESCENTS):
+        floor = learn_noise(fit)
+        problem = replace(fit.problem, floor=floor)
+        model = replace(fit.model, problem=problem, noises=floor, horizon=np.inf)
+        fit = solve(replace(model, allowances=allowances_of(model, fit)), fit.x, 40)
+        if all(misfit.ratio < DOMINATED for misfit in fit.misfits.values()):
+            break
+    return fit
+
+
+def loudness(fit: Fit) -> float:
+    """Squared misfit of all channels in units of the instruments' noise [-]."""
+    floor = {key: noise.marginal_std for key, noise in learn_noise(fit).items()}
+    return sum(float(np.sum(fit.residual_of(key) ** 2)) / floor[key] ** 2 for key in fit.keys)
+
+
 PATIENCE = 200
 """Evaluations that a last fit may take [-]: where two constants trade off along a bent valley, as
 a stiff sleeve and a soft shaft do, each step is short."""
@@ -393,7 +428,9 @@ def settle(fit: Fit) -> Fit:
     """Learn the noise law, weigh by it, fit again, and attach errors and scales."""
     for _ in range(3):
         floor = learn_noise(fit)
-        noises = weights_of(fit, floor)
+        # errors of told motions that nobody has estimated yet are not errors of the model
+        bare = not fit.model.allowances and bool(allowances_of(fit.model, fit))
+        noises = floor if bare else weights_of(fit, floor)
         before = fit.model.noises
         same = all(_alike(noises[key], before[key]) for key in noises)
         problem = replace(fit.problem, floor=floor)

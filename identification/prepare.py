@@ -63,6 +63,8 @@ class Prepared:
         numbers: what differed from the rig on that day, by name [SI].
         opening: how much of it tells its start state [s].
         at_rest: whether it is driven and begins at rest.
+        since: how long before its start an unrecorded blow threw it out of its rest [s]; 0 where
+            none did.
     """
 
     record: Record
@@ -79,6 +81,7 @@ class Prepared:
     opening: float = 0.0
     at_rest: bool = False
     drives: tuple[str, ...] = ()
+    since: float = 0.0
 
     @property
     def name(self) -> str:
@@ -120,7 +123,7 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
     start, reason = window(record, isinstance(mechanism, Robot))
     rate = record.sample_rate
     moved = any(np.ptp(channel.values) > 0 for channel in record.inputs)
-    end = len(record.times) if moved else faded_at(record, start)
+    end = _told_until(record) if moved else faded_at(record, start)
     times = np.arange(start, end) / rate
     if len(times) < 16:
         raise ValueError(
@@ -158,7 +161,35 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
         opening,
         calm > 0 or (not free and begins_at_rest([(s.port.quantity, s.values) for s in sensors])),
         tuple(channel.name for channel in record.inputs),
+        _since_blow(record, start),
     )
+
+
+def _told_until(record: Record) -> int:
+    """One past the last sample of which every input is told, or rests where it was told last [-]."""
+    end = len(record.times)
+    for channel in record.inputs:
+        values = channel.values
+        last = channel.start_time + (len(values) - 1) / channel.sample_rate
+        gap = record.times[-1] - last
+        if gap <= 1.0 / record.sample_rate or len(values) < 4:
+            continue
+        moves = abs(values[-1] - values[-4]) / 3.0 * gap * channel.sample_rate
+        if moves > STIRS * np.ptp(values):
+            end = min(end, int(last * record.sample_rate + 1e-6) + 1)
+    return end
+
+
+STIRS = 1e-3
+"""A told input that would go on by more than this share of its range is not taken to rest [-]."""
+
+
+def _since_blow(record: Record, start: int) -> float:
+    """Time from a blow that nobody recorded to the first sample used [s]; 0 where none is told."""
+    at = record.start.get("at")
+    struck = record.test == "impact" and at is not None and start > 0
+    driven = any(np.ptp(channel.values) > 0 for channel in record.inputs)
+    return max(start / record.sample_rate - at, 0.0) if struck and not driven else 0.0
 
 
 def prepare_all(

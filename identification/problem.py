@@ -153,6 +153,7 @@ class Model:
         """The plant's z [SI] for one record at scaled unknowns x."""
         plant = self.plant(prepared)
         z = numbers_vector(plant, self.problem.numbers | prepared.numbers)
+        z[plant.slots["since"]] = prepared.since
         links = self.links(prepared)
         for i, at in links:
             if self.entries[i].slot == "numbers":
@@ -263,6 +264,14 @@ class Model:
             for p in self.problem.records
             if p.name in self.marginals
         }
+
+    def taken(self, prepared: Prepared) -> list[float]:
+        """How many samples of each sensor the estimates of its record's allowance follow [-]."""
+        if prepared.name not in self.marginals:
+            return [0.0] * len(prepared.sensors)
+        every = self.marginals[prepared.name].taken()
+        ends = np.cumsum([len(sensor.values) for sensor in prepared.sensors])
+        return [float(np.sum(part)) for part in np.split(every, ends[:-1])]
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Derivative of `residual`, exact, shape (residuals, entries) [-]."""

@@ -17,6 +17,7 @@ from scipy.stats import chi2 as chi2_distribution
 from ..model.chain import FORCES
 from ..model.law import Law, Place, Scales, library
 from ..model.linear import Array
+from ..model.march import begun
 from ..model.plant import Plant, numbers_vector
 from ..model.respond import force_responses
 from ..model.sensors import carrier
@@ -379,12 +380,16 @@ def unit_force(
     """Force of a law that remembers, of strength 1, along a motion, shape (t,) [force/strength]."""
     longer = (0, len(prepared.inputs) - len(stretch))
     seen = (np.pad(part, longer, mode="edge") for part in (stretch, rate))
-    force = _along(law, np.asarray(shapes, dtype=float), *seen, prepared.step)
+    force = _along(
+        law, np.asarray(shapes, dtype=float), *seen, prepared.step, prepared.since
+    )
     return np.asarray(force)[: len(stretch)]
 
 
 @partial(jax.jit, static_argnums=0)
-def _along(law: Law, shapes: Array, stretch: Array, rate: Array, step: Array) -> Array:
+def _along(
+    law: Law, shapes: Array, stretch: Array, rate: Array, step: Array, since: Array
+) -> Array:
     memory = law.memory
     assert memory is not None
 
@@ -395,10 +400,10 @@ def _along(law: Law, shapes: Array, stretch: Array, rate: Array, step: Array) ->
 
     points = stretch[:, None], rate[:, None]
     first = points[0][0], points[1][0]
-    begun = memory.begin(shapes, *first)
+    start = begun(memory, shapes, first, since)
     rest = points[0][1:], points[1][1:]
-    _, forces = jax.lax.scan(advance, (begun, *first), rest)
-    return jnp.concatenate([memory.force(1.0, shapes, begun, *first), forces])
+    _, forces = jax.lax.scan(advance, (start, *first), rest)
+    return jnp.concatenate([memory.force(1.0, shapes, start, *first), forces])
 
 
 def _held(fit: Fit) -> tuple[tuple[Entry, float], ...]:

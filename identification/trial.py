@@ -10,7 +10,7 @@ import numpy as np
 from ..model.law import Law, Place, library
 from .evidence import effective_samples
 from .extend import HeldOut, grown, worst_ratio
-from .fit import DOMINATED, Fit, settle, solve
+from .fit import DOMINATED, Fit, descended, loudness, settle, solve
 from .motions import with_scales
 from .screen import Candidate
 from .starts import told_start
@@ -140,7 +140,7 @@ def settled(fit: Fit, far: bool) -> Fit:
     """
     found = settle(fit)
     if worst_ratio(found) > DOMINATED:
-        return found  # costs say little there
+        return _quieter(found, descended(fit))  # costs say little there
     if far:
         found = _better(found, grown(found.model, told_start(found.model, found.x), 40))
     if any(has_corners(law) for _, law in found.model.causes):
@@ -149,6 +149,19 @@ def settled(fit: Fit, far: bool) -> Fit:
         )
         found = _better(found, solve(replace(found.model, problem=problem), found.x, 40))
     return found
+
+
+def _quieter(found: Fit, start: Fit) -> Fit:
+    """The better by far of two fits where errors of the model dominate the first one."""
+    if loudness(start) > QUIETER * loudness(found):
+        return found
+    other = settle(start)
+    return other if loudness(other) < QUIETER * loudness(found) else found
+
+
+QUIETER = 0.5
+"""Share of the squared misfit, in units of the instruments' noise, below which it is another
+minimum and no matter of weights [-]."""
 
 
 def has_corners(law: Law) -> bool:

@@ -168,6 +168,22 @@ def _march_linear(matrices: Step, x0: Array, first: Array, last: Array, substeps
     return March(states, jnp.zeros((count, 0)), jnp.zeros(count), jnp.zeros((0, 0)))
 
 
+def begun(memory: Memory, shapes: Any, now: tuple[Array, Array], since: Array) -> Array:
+    """What a law remembers at a start state, shape (numbers, rows).
+
+    Args:
+        memory: of the law.
+        shapes: its further numbers [SI].
+        now: stretch and rate at the start [SI].
+        since: time since a blow threw the mechanism out of its rest, over which the stretch is
+            taken to have grown evenly [s]; 0 where it was loaded slowly.
+    """
+    rest = jnp.zeros_like(now[0]), jnp.zeros_like(now[1])
+    spent = jnp.where(since > 0, since, 1.0)
+    struck = memory.advance(shapes, memory.begin(shapes, *rest), rest, now, spent)
+    return jnp.where(since > 0, struck, memory.begin(shapes, *now))
+
+
 class _Laws:
     """Forces of all laws of a plant, and their slopes."""
 
@@ -179,6 +195,7 @@ class _Laws:
             rows = swung_rows(plant.mechanism, self.numbers)
             self.swung = SwungRows(*(acting.select @ part for part in rows))
         self.jumps = _rate_jumps(plant)
+        self.since = z[plant.slots["since"]][0]
         self.rows = space.stretch.shape[0]
         wide, fast = acting.widths[:, 0], acting.widths[:, 1]
         self.place = Place(space.stiffness, space.damping, wide, fast)
@@ -208,7 +225,9 @@ class _Laws:
     def begin(self, stretch: Array, rate: Array) -> Array:
         """What laws remember of how the motion began, shape (numbers, rows)."""
         empty = jnp.zeros((0, self.rows))
-        parts = [m.begin(shapes, stretch, rate) for _, m, _, shapes in self.lasting]
+        parts = [
+            begun(m, shapes, (stretch, rate), self.since) for _, m, _, shapes in self.lasting
+        ]
         return jnp.concatenate([empty, *parts])
 
     def advance(self, memory: Array, before: Any, after: Any, step: Array) -> Array:

@@ -19,7 +19,7 @@ class Plant:
 
     A plant is static: everything that varies is in the vector `z`, laid out as numbers of the
     mechanism, strengths of the laws, start state, offsets of inputs, offsets, errors of
-    gain and delays of sensors; each in SI units.
+    gain and delays of sensors, and since when it has moved; each in SI units.
 
     Attributes:
         mechanism: chain or robot.
@@ -54,7 +54,11 @@ class Plant:
 
     @cached_property
     def slots(self) -> dict[str, slice]:
-        """Where each part of `z` lies: numbers, strengths, start, drive, offset, gain, delay."""
+        """Where each part of `z` lies.
+
+        The last, ``since``, is one number: how long before its start state the mechanism left its
+        rest by a blow [s]; 0 where it was loaded slowly.
+        """
         sizes = {
             "numbers": len(self.mechanism.names),
             "strengths": len(self.law_numbers),
@@ -63,6 +67,7 @@ class Plant:
             "offset": len(self.sensors),
             "gain": len(self.sensors),
             "delay": len(self.sensors),
+            "since": 1,
         }
         ends = np.cumsum(list(sizes.values()))
         return {
@@ -95,7 +100,7 @@ class Plant:
     @property
     def size(self) -> int:
         """Length of `z` [-]."""
-        return self.slots["delay"].stop
+        return self.slots["since"].stop
 
     def numbers(self, z: Array) -> dict[str, Array]:
         """The mechanism's numbers by name [SI] out of `z`."""

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from scipy.interpolate import BSpline
 
 from supple.identification.allowance import Allowance, joined, marginal_of, used
-from supple.identification.drive_error import drive_allowances, told_noise
+from supple.identification.drive_error import MOST_ERRORS, drive_allowances, told_noise
 from supple.identification.faults import told_motion
 from supple.identification.fit import solve
 from supple.identification.free import Entry
@@ -64,27 +63,54 @@ def driven(tmp_path_factory):
     return model, np.array([entry.value / entry.scale for entry in model.entries])
 
 
-def test_a_knot_of_a_drive_moves_the_sensors_as_a_moved_input_does(driven):
+@pytest.mark.parametrize("which", [60, 200])
+def test_the_error_of_one_told_sample_moves_the_sensors_as_that_sample_does(driven, which):
     model, x = driven
-    prepared = next(p for p in model.problem.records if not p.free and p.record.test == "driven")
+    prepared = next(p for p in model.problem.records if p.record.test == "driven")
     part = drive_allowances(model, x)[prepared.name][0]
-    knot = len(part.kinds) // 2
-    stride = round(0.004 / prepared.step)
-
-    bump = BSpline.basis_element(np.arange(5.0))(np.arange(1, 4 * stride) / stride)
-    size = 1e-3
-    inputs = prepared.inputs.copy()
-    at = stride * (knot - 3) + 1
-    inputs[at : at + len(bump), 0] += size * bump
-    moved = replace(
-        model, problem=replace(model.problem, records=(replace(prepared, inputs=inputs),))
+    channel = prepared.record.channel(prepared.drives[0])
+    times = channel.start_time + np.arange(len(channel.values)) / channel.sample_rate
+    begin = prepared.start / prepared.record.sample_rate
+    end = begin + (len(prepared.inputs) - 1) * prepared.step
+    near = np.flatnonzero((times > begin - 8 / 250) & (times < end + 8 / 250))
+    which = int(near[0]) + which % (len(near) - 30) + 15
+    size, values = 1e-3, channel.values.copy()
+    values[which] += size
+    other = replace(channel, values=values)
+    record = replace(
+        prepared.record,
+        channels=tuple(other if c is channel else c for c in prepared.record.channels),
     )
-    still = replace(model, problem=replace(model.problem, records=(prepared,)))
+    moved = make_problem([record], model.problem.rig)
+    still = make_problem([prepared.record], model.problem.rig)
     for index, sensor in enumerate(prepared.sensors):
         key = prepared.name, sensor.channel.name
-        change = (moved.predict(x)[key] - still.predict(x)[key]) / size
-        column = part.columns[index][:, knot]
-        assert column == pytest.approx(change, abs=2e-3 * np.abs(change).max()), key
+        seen = [replace(model, problem=one).predict(x)[key] for one in (moved, still)]
+        change = (seen[0] - seen[1]) / size
+        column = part.columns[index][:, which - int(near[0])]
+        assert column[: len(change)] == pytest.approx(change, abs=1e-6 * np.abs(change).max()), key
+
+
+def test_a_feedback_too_fast_for_single_samples_gets_a_smooth_error(driven):
+    model, x = driven
+    prepared = next(p for p in model.problem.records if p.record.test == "driven")
+    channel = prepared.record.channel(prepared.drives[0])
+    rate, grid = 4000.0, np.arange(prepared.count) * prepared.step
+    fast = replace(
+        channel,
+        values=np.interp(np.arange(2000) / rate, grid, prepared.inputs[: prepared.count, 0]),
+        sample_rate=rate,
+        start_time=0.0,
+        noise=1e-4,
+    )
+    others = tuple(fast if c.name == channel.name else c for c in prepared.record.channels)
+    record = replace(prepared.record, channels=others)
+    problem = make_problem([record], model.problem.rig)
+    part = drive_allowances(replace(model, problem=problem), x)[record.name][0]
+    assert len(part.kinds) == MOST_ERRORS
+    apart = (problem.records[0].count - 1) * prepared.step / (MOST_ERRORS - 4)
+    # of all bumps the same average: so many samples of such noise are one number
+    assert part.priors[0] == pytest.approx(1e-4 * np.sqrt(1 / (rate * apart) / 0.5), rel=1e-9)
 
 
 def test_a_clock_moves_the_sensors_as_a_late_input_does(driven):

@@ -171,6 +171,42 @@ def test_a_sensor_of_another_clock_is_sampled_where_it_looked(tmp_path):
     assert part.sampling @ grid[: bucket(200)] == pytest.approx(part.values, abs=1e-6)
 
 
+ROBOT = """\
+[channels.push]
+column = "y"
+unit = "N"
+role = "input"
+quantity = "force"
+place = "cart"
+file = "robot.csv"
+time = "t"
+"""
+
+
+@pytest.mark.parametrize(("rests", "left"), [(False, 601), (True, COUNT)])
+def test_a_record_ends_where_its_drive_is_no_longer_told(tmp_path, rests, left):
+    own = np.arange(0.0, 6.001, 0.04)
+    told = np.sin(3.0 * own) * (np.minimum(1.0, np.maximum(5.5 - own, 0.0)) if rests else 1.0)
+    rows = [f"{t:.10f},{y:.12f}" for t, y in zip(own, told, strict=True)]
+    (tmp_path / "robot.csv").write_text("\n".join(["t,y", *rows]) + "\n")
+    text = SIDECAR.replace('"decay"', '"driven"') + ROBOT
+    lay_out(tmp_path, 0.01 * np.sin(3.0 * TIMES))
+    (tmp_path / "bench.toml").write_text(text)
+    assert prepared(read_record(tmp_path / "bench.toml")).count == left
+
+
+def test_a_blow_that_nobody_recorded_is_remembered(tmp_path):
+    def found(test: str, more: str = "[start]\nat = 0.8\n") -> float:
+        lay_out(tmp_path, more=more)
+        text = (tmp_path / "bench.toml").read_text().replace('"decay"', f'"{test}"')
+        (tmp_path / "bench.toml").write_text(text)
+        return prepared(read_record(tmp_path / "bench.toml")).since
+
+    struck = found("impact")
+    assert 0.0 < struck < 0.2 and struck * RATE == pytest.approx(round(struck * RATE), abs=1e-6)
+    assert found("decay") == 0.0 and found("impact", "") == 0.0
+
+
 @given(st.integers(1, 2_000_000))
 def test_a_bucket_holds_its_records_with_little_air(count):
     size = bucket(count)
