@@ -397,6 +397,7 @@ def allowances_of(model: Model, fit: Fit) -> dict[str, Allowance]:
 
 DESCENTS = 3
 
+
 def descended(fit: Fit) -> Fit:
     """The fit weighed by the instruments' noise alone, whatever errors of the model are left.
 

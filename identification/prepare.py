@@ -166,7 +166,7 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
 
 
 def _told_until(record: Record) -> int:
-    """One past the last sample of which every input is told, or rests where it was told last [-]."""
+    """One past the last sample whose every input is told, or rests where told last [-]."""
     end = len(record.times)
     for channel in record.inputs:
         values = channel.values
@@ -187,9 +187,10 @@ STIRS = 1e-3
 def _since_blow(record: Record, start: int) -> float:
     """Time from a blow that nobody recorded to the first sample used [s]; 0 where none is told."""
     at = record.start.get("at")
-    struck = record.test == "impact" and at is not None and start > 0
     driven = any(np.ptp(channel.values) > 0 for channel in record.inputs)
-    return max(start / record.sample_rate - at, 0.0) if struck and not driven else 0.0
+    if record.test != "impact" or at is None or driven:
+        return 0.0
+    return max(start / record.sample_rate - at, 0.0)
 
 
 def prepare_all(

@@ -380,9 +380,7 @@ def unit_force(
     """Force of a law that remembers, of strength 1, along a motion, shape (t,) [force/strength]."""
     longer = (0, len(prepared.inputs) - len(stretch))
     seen = (np.pad(part, longer, mode="edge") for part in (stretch, rate))
-    force = _along(
-        law, np.asarray(shapes, dtype=float), *seen, prepared.step, prepared.since
-    )
+    force = _along(law, np.asarray(shapes, dtype=float), *seen, prepared.step, prepared.since)
     return np.asarray(force)[: len(stretch)]
 
 

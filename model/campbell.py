@@ -15,6 +15,7 @@ from scipy.optimize import linear_sum_assignment
 
 from . import planar
 from .robot import INCLINATION, Robot
+from .shaft import LARGEST_BEND
 
 STRIDE = 1.0
 """Longest change of speed over which a mode is followed at once [rad/s]."""
@@ -23,11 +24,8 @@ RAMPS, NEWTON_STEPS = 8, 12
 """Steps in which the centrifugal load is raised, and Newton steps in each [-]."""
 
 BALANCED = 1e-9
-"""Force left over in a balance, as a share of the forces in it [-]; a balance in which the shaft
-bends by more than `MOST_BENT` of its length is none."""
-
-MOST_BENT = 0.25
-"""Bend beyond which the shortening's second order makes balances that are none [-]."""
+"""Force left over in a balance, as a share of the forces in it [-]; one in which the shaft bends
+by more than its length is none."""
 
 LOST = 0.5
 """Likeness of shapes below which a mode was lost on the way [-]."""
@@ -94,6 +92,7 @@ class Campbell:
             each speed, shape (s, modes); 1 at the first [-].
         is_balanced: whether the steady bent club was found, shape (s,) [-].
         bend: largest bend of the shaft in the steady rotation [m].
+        most_bend: up to which the shaft is good [m].
     """
 
     speeds: np.ndarray
@@ -105,6 +104,7 @@ class Campbell:
     likeness: np.ndarray
     is_balanced: np.ndarray
     bend: float
+    most_bend: float
 
     @property
     def unstable_from(self) -> tuple[float | None, ...]:
@@ -136,10 +136,10 @@ class Campbell:
         lost = [str(number) for number, m in enumerate(self.likeness.min(axis=0), 1) if m < LOST]
         if lost:
             told.append(f"Lost from sight on the way: mode {', '.join(lost)}.")
-        if self.bend > planar.LARGEST_BEND:
+        if self.bend > self.most_bend:
             told.append(
-                f"The steady shaft bends by {self.bend:.2f} m: beyond {planar.LARGEST_BEND:g} m "
-                "its shortening of second order is no longer good."
+                f"The steady shaft bends by {self.bend:.2f} m: beyond {self.most_bend:.2f} m, "
+                f"{LARGEST_BEND:g} of its length, its force is no longer good."
             )
         return " ".join(told)
 
@@ -231,7 +231,7 @@ def campbell(
         np.stack([each[2][:, at] for each, at in zip(kept, chosen, strict=True)]),
         np.minimum(least[:, :count], least[:, partner]),
         np.array([each[0].is_balanced for each in kept]),
-        max(bend),
+        max(bend), planar.most_bend(p),
     )  # fmt: skip
 
 
@@ -329,7 +329,7 @@ def _linearised(
     left = jnp.max(jnp.abs(pull(x, speed)))
     lever = planar.points_of(p).lever
     bend = jnp.abs(planar.bend(p, jnp.concatenate([straight[:1], x]) if fixed else x))
-    balanced = (left <= BALANCED * jnp.max(size) + 1e-12) & (bend < MOST_BENT * lever)
+    balanced = (left <= BALANCED * jnp.max(size) + 1e-12) & (bend < lever)
     x = jnp.where(balanced, x, start)
     still = jnp.zeros(n)
     matrices = jax.jacfwd(forces, (0, 1, 2))(x, still, still, speed)
@@ -346,12 +346,11 @@ def _forces(
     """
     pivot = planar.pivot_acceleration(p, (0.0, turn, 0.0), 0.0, jnp)
     axes = jnp.cos(q[0]), jnp.sin(q[0])
-    total = jnp.stack(planar.inertia_forces(p, q, v, a, pivot, axes))
-    for _, row, k, c in planar.spring_rows(p, wrist[0]):
-        force = k * planar.stretch(row, q, (0.0, wrist[1]))
-        force = force + c * planar.stretch(row, v, (turn, 0.0))
-        total = total + jnp.stack([entry + 0.0 * force for entry in row[:4]]) * force
-    return total
+    bent = planar.head_of(p, q)
+    total = list(planar.inertia_forces(p, q, v, a, pivot, axes, bent))
+    for one in planar.springs(p, q, v, (0.0, wrist[1]), (turn, 0.0), wrist[0], bent):
+        total = one.added(total, one.force)
+    return jnp.stack(total)
 
 
 def _followed(

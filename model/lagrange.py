@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from . import planar
+from . import planar, shaft
 from .law import Law, Place, library
 from .radau import Numbers, iteration_matrix, march
 
@@ -55,7 +55,7 @@ class Past(NamedTuple):
     gone: Any
 
 
-@partial(jax.jit, static_argnums=(0, 1, 2, 3))
+@partial(jax.jit, static_argnums=(0, 1, 2, 3, 12))
 def trace(
     model: str,
     acting: tuple[Acting, ...],
@@ -69,6 +69,7 @@ def trace(
     pull: Array,
     strengths: Array,
     widths: Array,
+    refresh: int = REFRESH,
 ) -> tuple[Array, ...]:
     """The motion of many designs as jax sees it: differentiable in every number.
 
@@ -85,13 +86,14 @@ def trace(
         pull: gravity in the plane [m/s^2].
         strengths: of the laws, in their order [SI].
         widths: rounding of their corners in stretch and rate [SI].
+        refresh: steps for which one iteration matrix serves (static).
 
     Returns:
         positions, velocities, accelerations (designs, t, 4), bend, clubhead speed, energy
         (designs, t) and the last change in the stage equations (designs,) [SI].
     """
     plant = PlanarPlant(model, acting, table, pull, strengths, widths)
-    found = plant.run(values, starts, None if balanced else start, step, iterations)
+    found = plant.run(values, starts, None if balanced else start, step, iterations, refresh)
     return tuple(jnp.moveaxis(part, -1, 0) for part in found)
 
 
@@ -103,6 +105,23 @@ def _turned(known: tuple[Array, ...], angle: Array) -> tuple[Array, Array]:
     even = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square / 720.0))
     odd = e * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0 - square / 5040.0)))
     return cosine * even - sine * odd, sine * even + cosine * odd
+
+
+@jax.custom_jvp
+def bent_shaft(lever: Array, across: Array, tilt: Array) -> shaft.Head:
+    """`shaft.head_at` of the bend that follows [SI], worked out once, with its slopes known."""
+    bend = shaft.bend_of(lever, across, tilt, jax.lax.fori_loop)
+    return shaft.head_at(lever, across, tilt, bend)
+
+
+@bent_shaft.defjvp
+def _bent_shaft_moved(
+    given: tuple[Array, ...], moves: tuple[Array, Array, Array]
+) -> tuple[shaft.Head, shaft.Head]:
+    lever, _, tilt = given
+    head = bent_shaft(*given)
+    moved = shaft.head_moved(lever, head, tilt, moves)
+    return head, jax.tree.map(lambda x, move: jnp.broadcast_to(move, x.shape), head, moved)
 
 
 class PlanarPlant:
@@ -127,12 +146,12 @@ class PlanarPlant:
         self.shapes = shapes
         self.wrist = model in WITH_SPRING
         self.fixed = model == "fixed_collet"
-        self.rows = planar.spring_rows(p, self.wrist)
+        self.places = planar.PLACES if self.wrist else planar.PLACES[:-1]
         self.remembered = tuple(
             (number, index)
             for number, one in enumerate(acting)
-            for index, row in enumerate(self.rows)
-            if one.law.memory is not None and one.place == row[0]
+            for index, place in enumerate(self.places)
+            if one.law.memory is not None and one.place == place
         )
 
     def whole(self, x: Numbers) -> Numbers:
@@ -164,28 +183,34 @@ class PlanarPlant:
         """
         q, v, a = (self.whole(part) for part in (x, x_rate, x_bend))
         pivot = (u[4], u[5])
-        left = list(planar.inertia_forces(self.p, q, v, a, pivot, _turned(known[:3], q[0])))
+        bent, axes = self._head(q), _turned(known[:3], q[0])
+        left = list(planar.inertia_forces(self.p, q, v, a, pivot, axes, bent))
         past = known[3] if len(known) > 3 else None
-        for number, (_, row, k, c) in enumerate(self.rows):
-            stretch, speed = self.stretches(number, q, v, u)
-            force = k * stretch + c * speed + self._laws(number, stretch, speed, past)
-            for index, entry in enumerate(row[:4]):
-                if not (isinstance(entry, float) and entry == 0.0):
-                    left[index] = left[index] + entry * force
+        for number, one in enumerate(self._springs(q, v, u, bent)):
+            left = one.added(left, one.force + self._laws(number, one, past))
         at = planar.points_of(self.p)
-        left[0] = left[0] - u[6] - (at.head - planar.foreshortening(self.p, q)) * u[7]
+        left[0] = left[0] - u[6] - (at.grip + bent.along) * u[7]
         left[3] = left[3] - u[7]
         if len(u) > 8:
             left[0], left[1] = left[0] - at.grip * u[8], left[1] - u[8]
         return self.kept(tuple(left))
 
-    def stretches(self, number: int, q: Numbers, v: Numbers, u: Numbers) -> tuple[Array, Array]:
-        """Stretch of a spring row [m or rad] and its rate, of all four coordinates."""
-        row = self.rows[number][1]
-        return planar.stretch(row, q, (u[0], u[1])), planar.stretch(row, v, (u[2], u[3]))
+    def _head(self, q: Numbers) -> shaft.Head:
+        return bent_shaft(planar.points_of(self.p).lever, q[3] - q[1], q[2])
 
-    def _laws(self, number: int, stretch: Array, speed: Array, past: Past | None) -> Array:
-        place, _, k, c = self.rows[number]
+    def stretches(self, number: int, q: Numbers, v: Numbers, u: Numbers) -> tuple[Array, Array]:
+        """Stretch of a spring [m or rad] and its rate, of all four coordinates."""
+        one = self._springs(q, v, u)[number]
+        return one.stretch, one.rate
+
+    def _springs(
+        self, q: Numbers, v: Numbers, u: Numbers, bent: shaft.Head | None = None
+    ) -> list[planar.Spring]:
+        bent = self._head(q) if bent is None else bent
+        return planar.springs(self.p, q, v, (u[0], u[1]), (u[2], u[3]), self.wrist, bent)
+
+    def _laws(self, number: int, spring: planar.Spring, past: Past | None) -> Array:
+        place, stretch, speed, _, _, k, c = spring
         total = jnp.zeros(())
         for index, acting in enumerate(self.acting):
             if acting.place == place and acting.law.memory is not None:
@@ -245,19 +270,21 @@ class PlanarPlant:
         """`inverse` [SI of 1/mass] of matrices without laws, the laws' slopes put in."""
         m, c, k = about
         whole = self.whole(q), self.whole(v)
-        for number, (place, row, _, _) in enumerate(self.rows):
-            if all(acting.place != place for acting in self.acting):
+        for number, one in enumerate(self._springs(*whole, u)):
+            if all(acting.place != one.place for acting in self.acting):
                 continue
-            at = self.stretches(number, *whole, u)
+            at = one.stretch, one.rate
             ones = tuple(jnp.ones_like(x) for x in at)
             none = tuple(jnp.zeros_like(x) for x in at)
 
-            def law(stretch: Array, speed: Array, number: int = number) -> Array:
-                return self._laws(number, stretch, speed, None)
+            def law(
+                stretch: Array, speed: Array, number: int = number, one: planar.Spring = one
+            ) -> Array:
+                return self._laws(number, one._replace(stretch=stretch, rate=speed), None)
 
             stiff = jax.jvp(law, at, (ones[0], none[1]))[1]
             lossy = jax.jvp(law, at, (none[0], ones[1]))[1]
-            kept = jnp.stack([0.0 * q[0] + x for x in self.kept(tuple(row[:4]))])
+            kept = jnp.stack([0.0 * q[0] + x for x in self.kept(one.along)])
             both = kept[:, None] * kept[None]
             k, c = k + both * stiff, c + both * lossy
         return iteration_matrix(m, c, k, step)
@@ -278,15 +305,28 @@ class PlanarPlant:
         still = tuple(zero for _ in q)
 
         def improve(_: int, q: Numbers) -> Numbers:
-            slope = jnp.moveaxis(self.matrices(q, still, u)[2], -1, 0)
-            left = jnp.stack(self.imbalance(q, still, still, u, self.ready(q)), axis=-1)
-            move = jnp.linalg.solve(slope, left[..., None])[..., 0]
+            known = self.ready(q)
+
+            def forces(q: Numbers) -> Array:
+                return jnp.stack(self.imbalance(q, still, still, u, known))
+
+            def along(unit: Array) -> Array:
+                return jax.jvp(forces, (q,), (tuple(x + 0.0 * zero for x in unit),))[1]
+
+            slope = jnp.moveaxis(jax.vmap(along)(jnp.eye(len(q))), (0, 2), (2, 0))
+            move = jnp.linalg.solve(slope, forces(q).T[..., None])[..., 0]
             return tuple(x - move[:, i] for i, x in enumerate(q))
 
         return jax.lax.fori_loop(0, 8, improve, q)
 
     def run(
-        self, u: Array, first: Array, start: Array | None, step: Array, iterations: int
+        self,
+        u: Array,
+        first: Array,
+        start: Array | None,
+        step: Array,
+        iterations: int,
+        refresh: int = REFRESH,
     ) -> tuple[Array, ...]:
         """Positions, velocities, accelerations, bend, speed, energy, and the last change [SI]."""
         zero = 0.0 * self.p["club_length"]  # one for each design
@@ -306,7 +346,7 @@ class PlanarPlant:
             anew = partial(self.bent, step=step)
         down, side = planar.pivot_acceleration(self.p, (u[:, 0], u[:, 2], u[:, 4]), self.pull, jnp)
         w = (*(u[:, i] for i in range(4)), down, side, u[:, 6], u[:, 7])
-        moved = march(self.imbalance, q, v, w, step, inverse, iterations, REFRESH, self.ready, anew)
+        moved = march(self.imbalance, q, v, w, step, inverse, iterations, refresh, self.ready, anew)
         joined = [
             tuple(jnp.concatenate([x[None], xs]) for x, xs in zip(one, many, strict=True))
             for one, many in zip((q, v, still), moved[:3], strict=True)
@@ -318,11 +358,11 @@ class PlanarPlant:
         return *tables, *seen, jnp.max(moved[3], axis=0)
 
     def _seen(self, q: Numbers, v: Numbers, drive: Numbers) -> tuple[Array, Array, Array]:
-        d, rate = drive[:2], drive[2:]
-        along, across = planar.clubhead_velocity(self.p, q, v, d, rate, jnp)
+        d, rate, bent = drive[:2], drive[2:], self._head(q)
+        along, across = planar.clubhead_velocity(self.p, q, v, d, rate, jnp, bent)
         energy = (
-            planar.kinetic_energy(self.p, q, v, d, rate, jnp)
-            + planar.spring_energy(self.p, q, d, self.wrist)
-            + planar.weight_energy(self.p, q, d, self.pull, jnp)
+            planar.kinetic_energy(self.p, q, v, d, rate, jnp, bent)
+            + planar.spring_energy(self.p, q, d, self.wrist, bent)
+            + planar.weight_energy(self.p, q, d, self.pull, jnp, bent)
         )
-        return planar.bend(self.p, q), jnp.sqrt(along**2 + across**2), energy
+        return bent.bend, jnp.sqrt(along**2 + across**2), energy

@@ -225,9 +225,7 @@ class _Laws:
     def begin(self, stretch: Array, rate: Array) -> Array:
         """What laws remember of how the motion began, shape (numbers, rows)."""
         empty = jnp.zeros((0, self.rows))
-        parts = [
-            begun(m, shapes, (stretch, rate), self.since) for _, m, _, shapes in self.lasting
-        ]
+        parts = [begun(m, shapes, (stretch, rate), self.since) for _, m, _, shapes in self.lasting]
         return jnp.concatenate([empty, *parts])
 
     def advance(self, memory: Array, before: Any, after: Any, step: Array) -> Array:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
+
+from . import shaft
 
 GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s^2]."""
-
-LARGEST_BEND = 0.1
-"""Bend of the shaft up to which its foreshortening of second order is good [m]."""
 
 COORDINATES = ("collet_angle", "grip_displacement", "grip_angle", "clubhead_displacement")
 """Collet angle in the plane, zero where the arm's is and both point at the ball [rad]; the others
@@ -42,33 +41,51 @@ def points_of(p: Mapping[str, Any]) -> Points:
     return Points(lever, grip, grip + lever)
 
 
+def most_bend(p: Mapping[str, Any]) -> Any:
+    """Bend up to which the shaft is good, see `shaft.LARGEST_BEND` [m]."""
+    return shaft.LARGEST_BEND * points_of(p).lever
+
+
+def head_of(p: Mapping[str, Any], q: Any) -> shaft.Head:
+    """Where the bent shaft holds the clubhead, from the grip's centre in the collet's axes [SI]."""
+    lever, across = points_of(p).lever, q[3] - q[1]
+    return shaft.head_at(lever, across, q[2], shaft.bend_of(lever, across, q[2]))
+
+
+def head_rates(head: shaft.Head, v: Any) -> tuple[Any, Any]:
+    """Rates of the shaft's bend and of `shaft.Head.along` [m/s] at velocities `v`."""
+    return shaft.rates(head, v[3] - v[1], v[2])
+
+
 def bend(p: Mapping[str, Any], q: Any) -> Any:
-    """Bend of the shaft at the head, ``x_cl - x_G - a th_G`` [m]."""
-    return q[3] - q[1] - points_of(p).lever * q[2]
+    """Bend of the shaft at the head, across the grip's own axis [m].
+
+    For small angles of the grip it is ``x_cl - x_G - a th_G``.
+    """
+    return head_of(p, q).bend
 
 
 def foreshortening(p: Mapping[str, Any], q: Any) -> Any:
-    """How much nearer the bent shaft's head is to the grip, to second order [m].
+    """How much nearer the bent shaft's head is to the grip, along the collet's axis [m].
 
-    The shaft bends as a cantilever under a load at its head: half the integral of its slope
-    squared, ``a/2 (th_G^2 + 2 th_G s/a + 6/5 (s/a)^2)`` with the bend s and the length a.
+    To second order ``a/2 (th_G^2 + 2 th_G s/a + 6/5 (s/a)^2)`` with the bend s and the length a.
     Without it the head is unstable from ``sqrt(k/m)`` on, 26 rad/s for `robo_v`.
 
-    Source: Kane, Ryan and Banerjee 1987, doi:10.2514/3.20195; tests/model/test_planar.py.
+    Source: `shaft.bend_of`; Kane, Ryan and Banerjee 1987, doi:10.2514/3.20195;
+    tests/model/test_planar.py.
     """
-    lever = points_of(p).lever
-    slope = bend(p, q) / lever
-    return 0.5 * lever * (q[2] * q[2] + 2.0 * q[2] * slope + 1.2 * slope * slope)
+    return points_of(p).lever - head_of(p, q).along
 
 
-def foreshortening_rate(p: Mapping[str, Any], q: Any, v: Any) -> Any:
-    """Rate of the foreshortening [m/s] at velocities `v`."""
-    lever = points_of(p).lever
-    slope, rate = bend(p, q) / lever, bend(p, v) / lever
-    return lever * (q[2] * v[2] + v[2] * slope + q[2] * rate + 1.2 * slope * rate)
-
-
-def kinetic_energy(p: Mapping[str, Any], q: Any, v: Any, drive: Any, drive_rate: Any, xp: Any):
+def kinetic_energy(
+    p: Mapping[str, Any],
+    q: Any,
+    v: Any,
+    drive: Any,
+    drive_rate: Any,
+    xp: Any,
+    bent: shaft.Head | None = None,
+) -> Any:
     """Kinetic energy of collet, grip and clubhead [J], every mass moved by arm and wrist.
 
     Args:
@@ -78,6 +95,7 @@ def kinetic_energy(p: Mapping[str, Any], q: Any, v: Any, drive: Any, drive_rate:
         drive: `DRIVES` [rad].
         drive_rate: their rates [rad/s].
         xp: what knows ``sin`` and ``cos`` of such numbers: jax.numpy, numpy or casadi.
+        bent: `head_of` the coordinates, where it is known.
 
     Source: velocities of three points in the collet's axes; erratum A6 and A8 of the thesis's
     eq. 40 and 41; tests/model/test_planar.py.
@@ -90,8 +108,9 @@ def kinetic_energy(p: Mapping[str, Any], q: Any, v: Any, drive: Any, drive_rate:
         0.5 * speed * speed + across * p["collet_centre"] * turn
     )
     grip = _speed_squared(along, across, at.grip, 0.0, q[1], v[1], turn)
-    near = at.head - foreshortening(p, q)
-    head = _speed_squared(along, across, near, -foreshortening_rate(p, q, v), q[3], v[3], turn)
+    bent = head_of(p, q) if bent is None else bent
+    near, near_rate = at.grip + bent.along, head_rates(bent, v)[1]
+    head = _speed_squared(along, across, near, near_rate, q[3], v[3], turn)
     spin = turn + v[2]
     return (
         collet
@@ -126,7 +145,13 @@ def pivot_acceleration(p: Mapping[str, Any], u: Any, pull: Any, xp: Any) -> tupl
 
 
 def inertia_forces(
-    p: Mapping[str, Any], q: Any, v: Any, a: Any, pivot: Any, axes: Any
+    p: Mapping[str, Any],
+    q: Any,
+    v: Any,
+    a: Any,
+    pivot: Any,
+    axes: Any,
+    bent: shaft.Head | None = None,
 ) -> tuple[Any, Any, Any, Any]:
     """What inertia and weight ask of each coordinate [N m, N, N m, N].
 
@@ -140,6 +165,7 @@ def inertia_forces(
         a: the rates of these.
         pivot: see `pivot_acceleration` [m/s^2].
         axes: cosine and sine of the collet's angle [-].
+        bent: `head_of` the coordinates, where it is known.
 
     Source: acceleration of a point in turning axes, Kane's projection on each coordinate;
     tests/model/test_planar.py derives the same from the energies.
@@ -150,17 +176,13 @@ def inertia_forces(
     across = pivot[1] * axes[0] - pivot[0] * axes[1]
     grip_along = along - square * at.grip - 2.0 * turn * v[1] - spin * q[1]
     grip_across = across + a[1] + spin * at.grip - square * q[1]
-    s, s_rate = bend(p, q), bend(p, v)
-    slope, slope_rate = q[2] + 1.2 * s / at.lever, v[2] + 1.2 * s_rate / at.lever
-    open_rate = v[3] - v[1]
-    short_rate = slope * open_rate - 0.2 * s * v[2]
-    short_bend = (
-        slope * (a[3] - a[1]) - 0.2 * s * a[2] + slope_rate * open_rate - 0.2 * s_rate * v[2]
-    )
-    reach = at.head - foreshortening(p, q)
+    bent = head_of(p, q) if bent is None else bent
+    bend_rate, reach_rate = head_rates(bent, v)
+    reach_bend = shaft.acceleration(bent, bend_rate, v[2], a[3] - a[1], a[2])
+    reach, (drop, sink) = at.grip + bent.along, bent.along_by
     m = p["clubhead_mass"]
-    head_along = m * (along - short_bend - square * reach - 2.0 * turn * v[3] - spin * q[3])
-    head_across = m * (across + a[3] + spin * reach - 2.0 * turn * short_rate - square * q[3])
+    head_along = m * (along + reach_bend - square * reach - 2.0 * turn * v[3] - spin * q[3])
+    head_across = m * (across + a[3] + spin * reach + 2.0 * turn * reach_rate - square * q[3])
     twist = p["grip_inertia"] * (spin + a[2])
     of_collet = (
         p["collet_inertia"] * spin
@@ -170,22 +192,95 @@ def inertia_forces(
         + reach * head_across
         - q[3] * head_along
     )
-    of_grip = p["grip_mass"] * grip_across + slope * head_along
-    return of_collet, of_grip, twist + 0.2 * s * head_along, head_across - slope * head_along
+    of_grip = p["grip_mass"] * grip_across - drop * head_along
+    return of_collet, of_grip, twist + sink * head_along, head_across + drop * head_along
 
 
-def spring_rows(p: Mapping[str, Any], wrist: bool) -> list[tuple[str, list[Any], Any, Any]]:
-    """Place, row over (coordinates, drives), stiffness and damping of each spring [SI]."""
+class Spring(NamedTuple):
+    """One spring with its damper.
+
+    Attributes:
+        place: sleeve, shaft or wrist.
+        stretch: [m or rad].
+        rate: of the stretch [m/s or rad/s].
+        along: slopes of the stretch by each of `COORDINATES`; of what it does not touch 0.0.
+        pull: elastic force at the stretch [N or N m].
+        stiffness: for small stretches [N/m or N m/rad].
+        damping: [N s/m or N m s/rad].
+    """
+
+    place: str
+    stretch: Any
+    rate: Any
+    along: tuple[Any, Any, Any, Any]
+    pull: Any
+    stiffness: Any
+    damping: Any
+
+    @property
+    def force(self) -> Any:
+        """Of spring and damper [N or N m]."""
+        return self.pull + self.damping * self.rate
+
+    def added(self, left: Any, force: Any) -> list[Any]:
+        """Forces on the coordinates with this spring's at `force` added [N or N m]."""
+        pairs = zip(left, self.along, strict=True)
+        return [one if is_zero(slope) else one + slope * force for one, slope in pairs]
+
+
+PLACES = ("sleeve", "sleeve", "shaft", "wrist")
+"""Of the springs that `springs` gives, the wrist's where there is one."""
+
+
+def springs(
+    p: Mapping[str, Any],
+    q: Any,
+    v: Any,
+    drive: Any,
+    drive_rate: Any,
+    wrist: bool,
+    bent: shaft.Head | None = None,
+) -> list[Spring]:
+    """Both ends of the sleeve, the shaft and, where there is one, the wrist, as in `PLACES`.
+
+    Args:
+        p: the robot's numbers by contract name [SI].
+        q: `COORDINATES`.
+        v: their rates.
+        drive: `DRIVES`.
+        drive_rate: their rates.
+        wrist: whether a spring holds the wrist.
+        bent: `head_of` the coordinates, where it is known.
+
+    Returns:
+        The springs as they are stretched; the shaft's as `supple.model.shaft` has it.
+    """
     half, lever = p["sleeve_spacing"] / 2, points_of(p).lever
-    rows = [
-        ("sleeve", [0.0, 1.0, -half, 0.0, 0.0, 0.0], *_pair(p, "upper")),
-        ("sleeve", [0.0, 1.0, half, 0.0, 0.0, 0.0], *_pair(p, "lower")),
-        ("shaft", [0.0, -1.0, -lever, 1.0, 0.0, 0.0], p["shaft_stiffness"], p["shaft_damping"]),
+    found = [
+        _linear("sleeve", (0.0, 1.0, side, 0.0), *_pair(p, which), part, part_rate)
+        for side, which, part, part_rate in (
+            (-half, "upper", q[1] - half * q[2], v[1] - half * v[2]),
+            (half, "lower", q[1] + half * q[2], v[1] + half * v[2]),
+        )
     ]
+    bent = head_of(p, q) if bent is None else bent
+    by_across, by_tilt = bent.bend_by
+    k = p["shaft_stiffness"]
+    found.append(
+        Spring(
+            "shaft", bent.bend, head_rates(bent, v)[0], (0.0, -by_across, by_tilt, by_across),
+            shaft.force(lever, k, bent.bend), k, p["shaft_damping"],
+        )
+    )  # fmt: skip
     if wrist:
-        joint = [1.0, 0.0, 0.0, 0.0, -1.0, -1.0]
-        rows.append(("wrist", joint, p["wrist_stiffness"], p["wrist_damping"]))
-    return rows
+        turned, turning = q[0] - drive[0] - drive[1], v[0] - drive_rate[0] - drive_rate[1]
+        k, c = p["wrist_stiffness"], p["wrist_damping"]
+        found.append(_linear("wrist", (1.0, 0.0, 0.0, 0.0), k, c, turned, turning))
+    return found
+
+
+def _linear(place: str, along: Any, k: Any, c: Any, stretch: Any, rate: Any) -> Spring:
+    return Spring(place, stretch, rate, along, k * stretch, k, c)
 
 
 def _pair(p: Mapping[str, Any], which: str) -> tuple[Any, Any]:
@@ -196,29 +291,38 @@ def _pair(p: Mapping[str, Any], which: str) -> tuple[Any, Any]:
     return 2 * k, 2 * c
 
 
-def stretch(row: list[Any], q: Any, drive: Any) -> Any:
-    """Stretch of a spring [m or rad]: its row times coordinates and drives; or its rate."""
-    seen = (q[0], q[1], q[2], q[3], drive[0], drive[1])
-    # most entries are zeros, which no compiler may drop for itself
-    terms = [k * x for k, x in zip(row, seen, strict=True) if not _is_zero(k)]
-    return sum(terms[1:], terms[0])
-
-
-def _is_zero(entry: Any) -> bool:
+def is_zero(entry: Any) -> bool:
+    """Whether a slope is one of those that are 0.0 by themselves, which no compiler may drop."""
     return isinstance(entry, float) and entry == 0.0
 
 
-def spring_energy(p: Mapping[str, Any], q: Any, drive: Any, wrist: bool) -> Any:
+def spring_energy(
+    p: Mapping[str, Any], q: Any, drive: Any, wrist: bool, bent: shaft.Head | None = None
+) -> Any:
     """Energy of sleeve, shaft and, where there is one, wrist [J]; arguments as above."""
-    return sum(0.5 * k * stretch(row, q, drive) ** 2 for _, row, k, _ in spring_rows(p, wrist))
+    total = 0.0
+    for one in springs(p, q, (0.0,) * 4, drive, (0.0, 0.0), wrist, bent):
+        if one.place == "shaft":
+            total = total + shaft.energy(points_of(p).lever, one.stiffness, one.stretch)
+        else:
+            total = total + 0.5 * one.stiffness * one.stretch * one.stretch
+    return total
 
 
-def dissipation(p: Mapping[str, Any], v: Any, drive_rate: Any, wrist: bool) -> Any:
+def dissipation(p: Mapping[str, Any], q: Any, v: Any, drive_rate: Any, wrist: bool) -> Any:
     """Rayleigh's dissipation of sleeve, shaft and wrist [W]; arguments as above."""
-    return sum(0.5 * c * stretch(row, v, drive_rate) ** 2 for _, row, _, c in spring_rows(p, wrist))
+    found = springs(p, q, v, (0.0, 0.0), drive_rate, wrist)
+    return sum(0.5 * one.damping * one.rate * one.rate for one in found)
 
 
-def weight_energy(p: Mapping[str, Any], q: Any, drive: Any, pull: Any, xp: Any) -> Any:
+def weight_energy(
+    p: Mapping[str, Any],
+    q: Any,
+    drive: Any,
+    pull: Any,
+    xp: Any,
+    bent: shaft.Head | None = None,
+) -> Any:
     """Potential energy of collet, grip and clubhead in the swing plane [J].
 
     Args:
@@ -227,9 +331,10 @@ def weight_energy(p: Mapping[str, Any], q: Any, drive: Any, pull: Any, xp: Any) 
         drive: `DRIVES`.
         pull: gravity in the plane, ``g sin(inclination)``, towards the ball [m/s^2].
         xp: what knows ``sin`` and ``cos``.
+        bent: `head_of` the coordinates, where it is known.
     """
     at = points_of(p)
-    near = at.head - foreshortening(p, q)
+    near = at.grip + (head_of(p, q) if bent is None else bent).along
     wrist = p["arm_length"] * xp.cos(drive[0])
     down, side = xp.cos(q[0]), xp.sin(q[0])
     depth = (
@@ -241,12 +346,22 @@ def weight_energy(p: Mapping[str, Any], q: Any, drive: Any, pull: Any, xp: Any) 
 
 
 def clubhead_velocity(
-    p: Mapping[str, Any], q: Any, v: Any, drive: Any, drive_rate: Any, xp: Any
+    p: Mapping[str, Any],
+    q: Any,
+    v: Any,
+    drive: Any,
+    drive_rate: Any,
+    xp: Any,
+    bent: shaft.Head | None = None,
 ) -> tuple[Any, Any]:
-    """Velocity of the clubhead along and across the collet's axis, shortening included [m/s]."""
+    """Velocity of the clubhead along and across the collet's axis, shortening included [m/s].
+
+    Arguments as for `kinetic_energy`.
+    """
     at = points_of(p)
     speed = p["arm_length"] * drive_rate[0]
     tilt = q[0] - drive[0]
-    along = speed * xp.sin(tilt) - foreshortening_rate(p, q, v) - q[3] * v[0]
-    across = speed * xp.cos(tilt) + (at.head - foreshortening(p, q)) * v[0] + v[3]
+    bent = head_of(p, q) if bent is None else bent
+    along = speed * xp.sin(tilt) + head_rates(bent, v)[1] - q[3] * v[0]
+    across = speed * xp.cos(tilt) + (at.grip + bent.along) * v[0] + v[3]
     return along, across

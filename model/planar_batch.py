@@ -47,16 +47,18 @@ class PlanarBatch:
         errors: estimated error of each design's worst state as a share of its largest value;
             infinite where it ran away, shape (designs,) [-].
         bends: largest bend of each design's shaft, shape (designs,) [m].
+        most_bends: bend up to which each shaft is good, shape (designs,) [m].
     """
 
     samples: np.ndarray
     errors: np.ndarray
     bends: np.ndarray
+    most_bends: np.ndarray
 
     @property
     def trusted(self) -> np.ndarray:
-        """Which designs converged and kept to the shaft's law, shape (designs,) [-]."""
-        return (self.errors <= TOLERANCE) & (self.bends <= planar.LARGEST_BEND)
+        """Which designs converged and bent no further than is good, shape (designs,) [-]."""
+        return (self.errors <= TOLERANCE) & (self.bends <= self.most_bends)
 
 
 def respond_planar_batch(
@@ -91,6 +93,7 @@ def respond_planar_batch(
     whole = {name: np.broadcast_to(value, (count,)) for name, value in named.items()}
     samples = np.full((count, len(times), len(sensors)), np.nan)
     errors, bends = np.full(count, np.inf), np.full(count, np.inf)
+    most = planar.most_bend(whole)
     signals, tile = sampled_signals(drive, times), min(TILE, count)
     for low in range(0, count, tile):
         chosen = np.minimum(np.arange(low, low + tile), count - 1)
@@ -98,12 +101,12 @@ def respond_planar_batch(
         found, error, bend = _refined(robot, designs, drive, times)
         for lane in range(min(tile, count - low)):
             errors[low + lane], bends[low + lane] = error[lane], bend[lane]
-            if error[lane] <= TOLERANCE and bend[lane] <= planar.LARGEST_BEND:
+            if error[lane] <= TOLERANCE and bend[lane] <= most[low + lane]:
                 q, v, a = found[lane]
                 track = track_of(q, v, a, signals)
                 for index, port in enumerate(sensors):
                     samples[low + lane, :, index] = planar_samples(designs[lane], track, port)
-    return PlanarBatch(samples, errors, bends)
+    return PlanarBatch(samples, errors, bends, most)
 
 
 def _refined(

@@ -16,8 +16,10 @@ from .motion import TOLERANCE, Motion, uniform
 from .planar_march import Course, Legs, Plane, begin, legs
 from .planar_release import released, rest
 from .planar_sensors import planar_samples, track_of
+from .quick import quickly
 from .radau import NODES
 from .robot import INCLINATION, Robot
+from .shaft import LARGEST_BEND
 
 LONGEST = 1e-3
 """Longest step that is tried [s]."""
@@ -38,6 +40,8 @@ THIRD_ORDER = 7.0
 UNSETTLED = 1e-8
 """Largest last change of an acceleration of a step that counts as settled [-]."""
 
+_legs = quickly(legs, (0, 1))
+
 CHUNK = 256
 """Steps that are marched at once, so that one compiled length serves every motion [-]."""
 
@@ -45,8 +49,9 @@ OWN = ("base_acceleration", "centrifugal_stiffening", "gravity")
 """Laws that mend what the thesis fidelity leaves out, and the planar one does not [-]."""
 
 LEFT_SHAFT = (
-    "The shaft bends by up to {bend:.2f} m: beyond {limit:g} m its shortening of second order is "
-    "no longer good. Slow the swing, stiffen the shaft, or take these numbers for a first look."
+    "The shaft bends by up to {bend:.2f} m: beyond {limit:.2f} m, {share:g} of its length, its "
+    "force is no longer good. Slow the swing, stiffen the shaft, or take these numbers for a first "
+    "look."
 )
 RAN_AWAY = (
     "The motion grew beyond all numbers after {time:.6g} s, where the table ends. Look for a "
@@ -220,12 +225,10 @@ def _with_laws(case: Case, listed: tuple[extended.Acting, ...]) -> Case:
 def _stretches(
     case: Case, place: str, run: _Run, drive: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Stretches of a place and their rates, shape (rows, t) [m or rad, and a second]."""
-    rows = [row for at, row, _, _ in planar.spring_rows(case.numbers, True) if at == place]
-    return (
-        np.stack([planar.stretch(row, run.q.T, drive.T[:2]) for row in rows]),
-        np.stack([planar.stretch(row, run.v.T, drive.T[2:4]) for row in rows]),
-    )
+    """Stretches of a place and their rates, shape (springs, t) [m or rad, and a second]."""
+    found = planar.springs(case.numbers, run.q.T, run.v.T, drive.T[:2], drive.T[2:4], True)
+    kept = [one for one in found if one.place == place]
+    return np.stack([one.stretch for one in kept]), np.stack([one.rate for one in kept])
 
 
 def _refined(case: Case, start: tuple[np.ndarray, np.ndarray]) -> tuple[_Run, float, int]:
@@ -284,7 +287,7 @@ def _march(case: Case, start: tuple[np.ndarray, np.ndarray], refinement: int) ->
     for low in range(0, len(starts), CHUNK):
         part = slice(low, min(low + CHUNK, len(starts)))
         ahead = legs_of(case.drive, starts[part], steps[part], pushes[part])
-        course, found = legs(case.model, case.acting, case.plane, course, ahead)
+        course, found = _legs(case.model, case.acting, case.plane, course, ahead)
         q, v, a, changes = (np.asarray(each)[: part.stop - low] for each in found)
         bent = np.abs(planar.bend(p, q.T))
         finite = np.isfinite(bent + np.sum(v + a, axis=1))
@@ -364,8 +367,9 @@ def _motion(
     doubt = ""
     if not whole:
         doubt = RAN_AWAY.format(time=times[-1])
-    elif run.bend > planar.LARGEST_BEND:
-        doubt = LEFT_SHAFT.format(bend=run.bend, limit=planar.LARGEST_BEND)
+    elif run.bend > planar.most_bend(case.numbers):
+        limit = planar.most_bend(case.numbers)
+        doubt = LEFT_SHAFT.format(bend=run.bend, limit=limit, share=LARGEST_BEND)
     first = 4 - len(robot.coordinates)
     return Motion(
         times, robot.coordinates, run.q[:, first:], run.v[:, first:], run.a[:, first:], sensors,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 import jax
@@ -13,6 +12,7 @@ from . import planar
 from .drives import Hold, check_balance
 from .lagrange import Acting, Array, PlanarPlant
 from .planar_march import Plane, plant_of
+from .quick import quickly
 
 RAMPS = 8
 """Steps in which a hand displaces the club [-]."""
@@ -42,7 +42,7 @@ def rest(
     straight = np.array([arm + wrist, 0.0, 0.0, 0.0])
     if not plane.pull or not np.any(straight):
         return straight  # without weight, or hanging straight down
-    found = np.asarray(_rest(model, acting, plane, np.array([arm, wrist])))
+    found = np.asarray(_quick_rest(model, acting, plane, np.array([arm, wrist])))
     if not np.all(np.isfinite(found)):
         raise ValueError(
             "start: expected springs that hold the club against its weight, found none that do. "
@@ -51,11 +51,13 @@ def rest(
     return found
 
 
-@partial(jax.jit, static_argnums=(0, 1))
 def _rest(model: str, acting: tuple[Acting, ...], plane: Plane, held: Array) -> Array:
     plant = plant_of(model, acting, plane)
     q = plant.balance(jnp.append(held, jnp.zeros(2))[:, None])
     return jnp.concatenate(plant.whole(q))
+
+
+_quick_rest = quickly(_rest, (0, 1))
 
 
 def released(model: str, acting: tuple[Acting, ...], plane: Plane, hold: Hold) -> np.ndarray:
@@ -76,7 +78,7 @@ def released(model: str, acting: tuple[Acting, ...], plane: Plane, hold: Hold) -
     Source: Newton's method, the displacement raised in steps; tests/model/test_planar_motion.py.
     """
     known = Hold(hold.place, hold.frame, 1.0)
-    q, seen, left = _released(model, acting, plane, known, hold.displacement)
+    q, seen, left = _quick_released(model, acting, plane, known, hold.displacement)
     found = np.asarray(q) if float(left) <= BALANCED else np.full(4, np.nan)
     check_balance(found, np.asarray(seen), hold)
     return found
@@ -90,11 +92,10 @@ def _displaced(plant: PlanarPlant, x: Array, place: str, frame: str) -> Array:
     aside = q[3] if place == "clubhead" else q[1]
     if frame == "collet":
         return aside
-    reach = at.head - planar.foreshortening(plant.p, q) if place == "clubhead" else at.grip
+    reach = at.grip + planar.head_of(plant.p, q).along if place == "clubhead" else at.grip
     return reach * jnp.sin(q[0]) + aside * jnp.cos(q[0])
 
 
-@partial(jax.jit, static_argnums=(0, 1, 3))
 def _released(
     model: str, acting: tuple[Acting, ...], plane: Plane, hold: Hold, displacement: Any
 ) -> tuple[Array, Array, Array]:
@@ -125,3 +126,6 @@ def _released(
     over = jnp.max(jnp.abs(left(unknown, displacement)[:n])) / size
     q = jnp.stack(plant.whole(tuple(x)))
     return q, _displaced(plant, x, hold.place, hold.frame), over
+
+
+_quick_released = quickly(_released, (0, 1, 3))

@@ -7,15 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import planar
+from . import planar, shaft
 from .chain import DERIVATIVES
 from .linear import Port
 from .robot import STRAIN_PER_BEND
 
 TRANSLATIONS = ("position", "velocity", "acceleration")
-
-SLOPE_AT_HEAD = 1.5
-"""Slope of a cantilever at its loaded end, over its bend by its length [-]."""
 
 
 @dataclass(frozen=True)
@@ -171,9 +168,8 @@ def _place(p: Mapping[str, float], track: Track, place: str) -> tuple[np.ndarray
         return at.grip + none, none, q[1], v[1], none, a[1], q[2]
     if place != "clubhead":
         return none, none, none, none, none, none, none
-    tilt = q[2] + SLOPE_AT_HEAD * planar.bend(p, q) / at.lever
-    reach = at.head - planar.foreshortening(p, q)
-    rate = -planar.foreshortening_rate(p, q, v)
-    # of a quadratic form: its rate along the acceleration, and twice its value at the velocity
-    bend = -planar.foreshortening_rate(p, q, a) - 2 * planar.foreshortening(p, v)
-    return reach, rate, q[3], v[3], bend, a[3], tilt
+    bent = planar.head_of(p, q)
+    tilt = q[2] + shaft.slope_at_head(at.lever, bent.bend)
+    bend_rate, rate = planar.head_rates(bent, v)
+    bend = shaft.acceleration(bent, bend_rate, v[2], a[3] - a[1], a[2])
+    return at.grip + bent.along, rate, q[3], v[3], bend, a[3], tilt

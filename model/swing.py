@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from . import planar
-from .lagrange import MODELS, WITH_SPRING, Acting, trace
+from .lagrange import MODELS, REFRESH, WITH_SPRING, Acting, trace
 from .law import library
+from .quick import quickly
 from .radau import NODES
+from .shaft import LARGEST_BEND
 
 FINISHED = "The swing was simulated."
 LEFT_SHAFT = (
-    "The shaft bends by {bend:.2f} m: beyond {limit:g} m its shortening of second order is no "
-    "longer good; slow the swing, stiffen the shaft, or take these numbers for a first look."
+    "The shaft bends by {bend:.2f} m: beyond {limit:.2f} m, {share:g} of its length, its force is "
+    "no longer good; slow the swing, stiffen the shaft, or take these numbers for a first look."
 )
 NOT_CONVERGED = (
     "The stage equations did not converge (last change {change:.1e}): take shorter steps."
@@ -27,9 +28,14 @@ TOLERANCE = 1e-4
 """Largest last change of an acceleration that counts as converged [-]; what is left after it is a
 hundredth or less."""
 
-ITERATIONS = {False: (3, 12), True: (4, 12)}
-"""Newton steps of every step, without and with laws; of a swing that these leave open, the larger
-number [-]."""
+MANY = 16
+"""Designs from which on it pays to compile longer for a quicker swing [-]."""
+
+_trace = quickly(trace, (0, 1, 2, 3, 12))
+
+ITERATIONS = {False: ((3, REFRESH), (12, 5)), True: ((4, REFRESH), (12, 5))}
+"""Newton steps of every step, and steps for which one of their matrices serves, without and with
+laws; of a swing that these leave open, more of the ones and fewer of the others [-]."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +117,7 @@ class Swing:
         clubhead_speed: of its mass centre, shortening of the shaft included, shape (t,) [m/s].
         energy: kinetic, elastic and weight, shape (t,) [J].
         change: largest last change in the stage equations [-].
+        most_bend: up to which the shaft is good [m].
     """
 
     times: np.ndarray
@@ -121,6 +128,7 @@ class Swing:
     clubhead_speed: np.ndarray
     energy: np.ndarray
     change: float
+    most_bend: float
 
     @property
     def status(self) -> str:
@@ -130,8 +138,8 @@ class Swing:
         if self.change > TOLERANCE:
             return NOT_CONVERGED.format(change=self.change)
         largest = float(np.max(np.abs(self.bend)))
-        if largest > planar.LARGEST_BEND:
-            return LEFT_SHAFT.format(bend=largest, limit=planar.LARGEST_BEND)
+        if largest > self.most_bend:
+            return LEFT_SHAFT.format(bend=largest, limit=self.most_bend, share=LARGEST_BEND)
         return FINISHED
 
 
@@ -210,17 +218,20 @@ def swings(
     pull = gravity * np.sin(inclination)
     rest = (named, values, starts, given, step, pull, strengths, np.asarray(widths))
     parts: list[np.ndarray] = []
-    for iterations in ITERATIONS[bool(acting)]:
-        found = trace(model, acting, start is None, iterations, *rest)
+    for iterations, refresh in ITERATIONS[bool(acting)]:
+        call = trace if count >= MANY else _trace
+        found = call(model, acting, start is None, iterations, *rest, refresh)
         parts = [np.asarray(part) for part in found]
         if np.all(parts[6] <= TOLERANCE):
             break
     q, v, a, bend, speed, energy, change = parts
-    times = signals[0].times
+    times, most = signals[0].times, planar.most_bend(named)
     return [
-        Swing(times, q[i], v[i], a[i], bend[i], speed[i], energy[i], float(change[i]))
+        Swing(
+            times, q[i], v[i], a[i], bend[i], speed[i], energy[i], float(change[i]), float(most[i])
+        )
         for i in range(count)
-    ]
+    ]  # fmt: skip
 
 
 def _check(model: str, laws: Mapping[tuple[str, str], float] | None) -> None:
@@ -228,7 +239,7 @@ def _check(model: str, laws: Mapping[tuple[str, str], float] | None) -> None:
         raise ValueError(
             f"model: expected one of {', '.join(MODELS)}, found '{model}'. Mend: write one of them."
         )
-    places = {row[0] for row in planar.spring_rows(_ONES, model in WITH_SPRING)}
+    places = {*planar.PLACES} if model in WITH_SPRING else {*planar.PLACES[:-1]}
     for place, name in laws or {}:
         law = library().get(name)
         if place not in places or law is None or law.force is None or law.kind != "link":
@@ -236,14 +247,3 @@ def _check(model: str, laws: Mapping[tuple[str, str], float] | None) -> None:
                 f"laws: expected a force law of a link at {', '.join(sorted(places))}, found "
                 f"'{place}/{name}'. Mend: name another law or place."
             )
-
-
-class _Ones(dict[str, float]):
-    def __missing__(self, key: str) -> float:
-        return 1.0
-
-    def get(self, key: str, default: Any = None) -> Any:
-        return 1.0
-
-
-_ONES = _Ones()

@@ -146,7 +146,7 @@ class _Stage:
         else:
             motion = played(self.grid, replace(self.profile(told), quantum=0.0))
             x, z = self._moved(motion)[0, self.grid.impact], motion[self.grid.impact, :, :2]
-        seen = impact_of(self.numbers, x, z[:, 0], z[:, 1])
+        seen = impact_of(self.numbers, x, z[:, 0], z[:, 1], self.plant.constant)
         return {name: float(seen[name] - goal) for name, goal in wanted(self.task).items()}
 
     def _unit(self, axis: int, begin: float) -> tuple[np.ndarray, np.ndarray]:

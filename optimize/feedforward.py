@@ -165,7 +165,8 @@ def course_of(
     contact = ball.duration if ball.force else 0.0
     grid = make_grid(task.duration[0], task.points, golfer.impact_time, contact, splines)
     numbers = rig_numbers(rig)
-    problem = Problem(task, grid, _motors(grid, golfer), (numbers,), 0)
+    flat = rig.fidelity != "planar"
+    problem = Problem(task, grid, _motors(grid, golfer), (numbers,), 0, flat=flat)
     motion = golfer.at(grid.marks)
     target = motion.angles[:, :2].sum(axis=1)
     middles = grid.points[:-1] + 0.5 * grid.step
@@ -270,7 +271,8 @@ def _pose(course: Course, states: np.ndarray, motion: np.ndarray) -> tuple[np.nd
     given[:4] += 1e-30j * np.eye(4)[:, :, None]
     angles, rates = motion[:, :, 0].T, motion[:, :, 1].T
     name = HELD[course.hold][0]
-    seen = impact_of(course.numbers, given, angles[:, None], rates[:, None])[name]
+    flat = course.problem.flat
+    seen = impact_of(course.numbers, given, angles[:, None], rates[:, None], flat)[name]
     seen = np.broadcast_to(seen, (4, len(motion)))
     return np.real(seen[0]), (np.imag(seen) / 1e-30).T
 
@@ -328,7 +330,8 @@ def _told(
         return Following(course.golfer, grid.marks, none, lost, lost, lost, lost, lost, RAN_AWAY)
     errors = _pose(course, x, motion)[0] - course.target
     at, hit = _stretch(course, tolerance), grid.impact
-    seen = impact_of(course.numbers, x[hit], motion[hit, :, 0], motion[hit, :, 1])
+    flat = course.problem.flat
+    seen = impact_of(course.numbers, x[hit], motion[hit, :, 0], motion[hit, :, 1], flat)
     ring = reach(course.numbers) * (x[-1, 0] - motion[-1, :, 0].sum()) + x[-1, 3]
     points = grid.at_points
     profile = replace(course.golfer, wrist_angle=motion[points, 1, 0], phases={})

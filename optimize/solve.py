@@ -239,14 +239,12 @@ def _held(plant: Plant) -> float:
 
 def _speed(problem: Problem, found: Found) -> float:
     """Lowest speed at impact over the scenarios in which it must be met [m/s]."""
-    at, z = problem.grid.impact, problem.drive.at(found.c)
+    at = problem.grid.impact
+    z = problem.drive.at(found.c)[at]
     return min(
-        float(
-            impact_of(problem.scenarios[index], found.states[index, at], z[at, :, 0], z[at, :, 1])[
-                "speed"
-            ]
-        )
+        float(impact_of(problem.scenarios[index], x, z[:, 0], z[:, 1], problem.flat)["speed"])
         for index in problem.struck
+        for x in (found.states[index, at],)
     )
 
 

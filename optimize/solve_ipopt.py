@@ -76,9 +76,10 @@ def second_opinion(problem: Problem, steps: Steps, start: np.ndarray) -> Opinion
     w = casadi.MX.sym("w", n)
     c = casadi.mtimes(casadi.DM(back), w)
     families = motor_families(task, grid, drive)
-    families += shaft_families(task, problem.scenarios, grid, maps)
     first = first_guess(problem)
-    families += torque_families(problem, maps, maps.at(first), first, flat=True)
+    begun = maps.at(first)
+    families += shaft_families(task, problem.scenarios, grid, maps, begun, flat=True)
+    families += torque_families(problem, maps, begun, first, flat=True)
     limits = np.concatenate([one.slope for one in families])
     level = np.concatenate([one.level for one in families])
     still, sides = rest_equations(task, drive)
@@ -110,7 +111,7 @@ def _impact(
     angles, rates = (moved(drive.slope[at, :, k], drive.level[at, :, k]) for k in (0, 1))
     for index in problem.struck:
         x = moved(slope[index, at], level[index, at])
-        seen = impact_of(problem.scenarios[index], x, angles, rates, casadi)
+        seen = impact_of(problem.scenarios[index], x, angles, rates, True, casadi)
         for name, value in wanted(problem.task).items():
             if index == problem.struck[0] or name not in ("arm", *HELD["drive"]):
                 found.append(seen[name] - value)

@@ -269,7 +269,9 @@ def _about(
     if plant.constant:
         states, left = maps.at(c), 0.0
     families = motor_families(problem.task, problem.grid, drive)
-    families += shaft_families(problem.task, problem.scenarios, problem.grid, maps)
+    families += shaft_families(
+        problem.task, problem.scenarios, problem.grid, maps, states, problem.flat
+    )
     families += torque_families(problem, maps, states, c, plant.constant)
     costs = _costs(problem, maps) if known is None else known.costs
     error, total = _errors(problem, states, c)
@@ -360,7 +362,7 @@ def _impact_rows(
     """Names, slopes over the unknowns, and what is read beyond what must hold."""
     at, drive = problem.grid.impact, problem.drive
     z = drive.at(here.c)[at]
-    seen = reading(problem.task, problem.scenarios[index], here.states[index, at], z)
+    seen = reading(problem.task, problem.scenarios[index], here.states[index, at], z, problem.flat)
     slope = seen.by_state @ here.maps.slope[index, at]
     slope = slope + np.einsum("kaj,ajn->kn", seen.by_motor, drive.slope[at, :, :2])
     return seen.names, slope, seen.values
@@ -390,7 +392,8 @@ def _errors(problem: Problem, states: np.ndarray, c: np.ndarray) -> tuple[float,
     at, found = problem.grid.impact, [0.0]
     z = problem.drive.at(c)[at]
     for index in problem.struck:
-        seen = reading(problem.task, problem.scenarios[index], states[index, at], z)
+        numbers = problem.scenarios[index]
+        seen = reading(problem.task, numbers, states[index, at], z, problem.flat)
         for name, value in zip(seen.names, seen.values, strict=True):
             if not (problem.most_speed and name == "speed"):
                 found.append(abs(float(value)))

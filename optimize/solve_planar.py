@@ -88,10 +88,10 @@ class PlanarSteps:
     def _size(self, place: str, guess: np.ndarray, order: int) -> float:
         """Root mean square of a place's stretch, or of its rate, in the first scenario [SI]."""
         numbers = self.problem.scenarios[0]
-        rows = [row for at, row, _, _ in planar.spring_rows(numbers, True) if at == place]
-        x = guess[0, :, 4 * order : 4 * order + 4].T
-        drive = np.zeros((2, x.shape[1]))
-        moved = [planar.stretch(row, x, drive) for row in rows]
+        q, v = guess[0, :, :4].T, guess[0, :, 4:].T
+        still = np.zeros((2, q.shape[1]))
+        found = planar.springs(numbers, q, v, still, still, True)
+        moved = [(one.stretch, one.rate)[order] for one in found if one.place == place]
         return float(np.sqrt(np.mean(np.square(moved))))
 
     def steps(self, states: np.ndarray, drive: np.ndarray) -> Steps:
@@ -149,9 +149,8 @@ class _Stages:
         self.pushed = jnp.broadcast_to(force[:, None], tau.shape)
         self.q, self.v = jnp.moveaxis(x[..., :4], -1, 0), jnp.moveaxis(x[..., 4:], -1, 0)
 
-    def left(self, y: Any) -> Any:
-        """Imbalance, 4 forces, of positions, rates, accelerations and motors, 18 numbers."""
-        q, v, a, m = y[:4], y[4:8], y[8:12], y[12:]
+    def left(self, q: Any, v: Any, a: Any, m: Any) -> Any:
+        """Imbalance, 4 forces, of positions, rates, accelerations and motors."""
         pivot = planar.pivot_acceleration(self.plant.p, (m[0], m[1], m[2]), self.pull, jnp)
         zero = jnp.zeros_like(self.pushed)
         u = (m[0], m[3], m[1], m[4], *pivot, zero, self.pushed)
@@ -159,21 +158,27 @@ class _Stages:
         found = self.plant.imbalance(tuple(q), tuple(v), tuple(a), u, known)
         return jnp.stack(jnp.broadcast_arrays(*found))
 
-    def at(self, a: Any) -> Any:
-        """The 18 numbers at every stage, of accelerations there, (4, s, k, 3)."""
+    def at(self, a: Any) -> tuple[Any, ...]:
+        """What `left` takes at every stage, of accelerations there, (4, s, k, 3)."""
         tau, h = self.tau, self.h
         places = self.q[..., None] + self.v[..., None] * tau + h**2 * (a @ jnp.asarray(TWICE.T))
         rates = self.v[..., None] + h * (a @ jnp.asarray(WEIGHTS.T))
-        return jnp.concatenate([places, rates, a, self.motors])
+        return places, rates, a, self.motors
 
     def slopes(self, a: Any) -> Any:
-        """Of the imbalance by the 18 numbers, (18, 4, s, k, 3)."""
-        y = self.at(a)
+        """Of the imbalance by the 18 numbers that it depends on, (18, 4, s, k, 3)."""
+        parts, found = list(self.at(a)), []
+        for number, part in enumerate(parts):  # what one of them leaves alone is not worked out
 
-        def along(unit: Any) -> Any:
-            return jax.jvp(self.left, (y,), (jnp.broadcast_to(unit, y.shape),))[1]
+            def of(part: Any, number: int = number) -> Any:
+                given = [*parts[:number], part, *parts[number + 1 :]]
+                return self.left(*given)
 
-        return jax.vmap(along)(jnp.eye(18)[:, :, None, None, None])
+            def along(unit: Any, of: Any = of, part: Any = part) -> Any:
+                return jax.jvp(of, (part,), (jnp.broadcast_to(unit, part.shape),))[1]
+
+            found.append(jax.vmap(along)(jnp.eye(len(part))[:, :, None, None, None]))
+        return jnp.concatenate(found)
 
     def inverse(self, slopes: Any) -> Any:
         """Of the stage equations' matrix, (s, k, 12, 12); rows and columns coordinate by stage."""
@@ -204,7 +209,7 @@ def _linearized(acting: tuple[Acting, ...], *given: Any) -> tuple[Any, ...]:
     inverse = on.inverse(slopes)
 
     def improve(_: int, a: Any) -> Any:
-        flat = jnp.moveaxis(on.left(on.at(a)), 0, 2).reshape(*on.counts, 12)
+        flat = jnp.moveaxis(on.left(*on.at(a)), 0, 2).reshape(*on.counts, 12)
         move = jnp.einsum("skij,skj->ski", inverse, flat).reshape(*on.counts, 4, 3)
         return a - jnp.moveaxis(move, 2, 0)
 

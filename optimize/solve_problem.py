@@ -48,6 +48,7 @@ class Problem:
         golfer: arm and wrist angle at the marks, shape (marks, 2) [rad]; None without one.
         most_speed: whether the fastest swing is looked for, not the one asked for.
         ring: see `supple.optimize.solve_program.RING` [-].
+        flat: whether the robot is the linear one.
     """
 
     task: SwingTask
@@ -58,6 +59,7 @@ class Problem:
     golfer: np.ndarray | None = None
     most_speed: bool = False
     ring: float = RING
+    flat: bool = True
 
     @property
     def struck(self) -> tuple[int, ...]:

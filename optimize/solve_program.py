@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import cholesky
 
-from ..model import planar
+from ..model import planar, shaft
 from ..model.energies import mass_matrix, stiffness_matrix
 from ..model.robot import Robot
 from .profile import QUANTITIES, UNITS
@@ -79,9 +79,15 @@ def swing_rows(numbers: Mapping[str, float], x: np.ndarray, z: np.ndarray) -> np
     return reach(numbers) * (x[0] - z[0] - z[1]) + x[3]
 
 
-def bend_rows(numbers: Mapping[str, float], x: np.ndarray) -> np.ndarray:
-    """Bend of the shaft at the head [m] of coordinates of shape (4, ...)."""
-    return planar.bend(numbers, x)
+def bend_rows(numbers: Mapping[str, float], x: np.ndarray, flat: bool) -> np.ndarray:
+    """Bend of the shaft at the head [m] of coordinates of shape (4, ...), or of the linear robot's.
+
+    Args:
+        numbers: of the robot [SI].
+        x: coordinates [SI].
+        flat: whether the robot is the linear one, whose grip hardly tilts.
+    """
+    return _bent(numbers, x, flat).bend
 
 
 def jerk_cost(task: SwingTask, grid: Grid) -> np.ndarray:
@@ -203,7 +209,7 @@ class Reading:
 
 
 def impact_of(
-    numbers: Mapping[str, float], x: Any, angles: Any, rates: Any, xp: Any = np
+    numbers: Mapping[str, float], x: Any, angles: Any, rates: Any, flat: bool, xp: Any = np
 ) -> dict[str, Any]:
     """Speed of the clubhead, angles of chord and grip in the plane, and the motors' angles.
 
@@ -212,6 +218,7 @@ def impact_of(
         x: state, 8 numbers [SI].
         angles: of arm and wrist [rad].
         rates: of these [rad/s].
+        flat: whether the robot is the linear one, whose shaft shortens to second order.
         xp: what knows ``sin``, ``cos``, ``sqrt`` and ``arctan``.
 
     Returns:
@@ -219,9 +226,9 @@ def impact_of(
 
     Source: the kinematics of `supple.model.planar.kinetic_energy`.
     """
-    q, v = x[:4], x[4:]
-    along, across = planar.clubhead_velocity(numbers, q, v, angles, rates, xp)
-    near = reach(numbers) - planar.foreshortening(numbers, q)
+    q, v, bent = x[:4], x[4:], _bent(numbers, x, flat)
+    along, across = planar.clubhead_velocity(numbers, q, v, angles, rates, xp, bent)
+    near = planar.points_of(numbers).grip + bent.along
     return {
         "speed": xp.sqrt(along * along + across * across),
         "chord": q[0] + xp.arctan(q[3] / near),
@@ -229,6 +236,12 @@ def impact_of(
         "arm": angles[0],
         "wrist": angles[1],
     }
+
+
+def _bent(numbers: Mapping[str, float], q: Any, flat: bool) -> shaft.Head:
+    if not flat:
+        return planar.head_of(numbers, q)
+    return shaft.near_head(planar.points_of(numbers).lever, q[3] - q[1], q[2])
 
 
 HELD = {"chord": ("chord",), "grip": ("grip",), "both": ("chord", "grip"), "drive": ("wrist",)}
@@ -244,7 +257,9 @@ def wanted(task: SwingTask) -> dict[str, float]:
     return found
 
 
-def reading(task: SwingTask, numbers: Mapping[str, float], x: np.ndarray, z: np.ndarray) -> Reading:
+def reading(
+    task: SwingTask, numbers: Mapping[str, float], x: np.ndarray, z: np.ndarray, flat: bool
+) -> Reading:
     """What is seen at impact, with slopes by complex steps, exact to the last digit.
 
     Args:
@@ -252,12 +267,14 @@ def reading(task: SwingTask, numbers: Mapping[str, float], x: np.ndarray, z: np.
         numbers: of the robot [SI].
         x: state at impact, shape (8,) [SI].
         z: the motors' motion there, shape (2, 4) [SI].
+        flat: as for `impact_of`.
     """
     given = np.concatenate([x, z[:, 0], z[:, 1]])
     columns = np.tile(given.astype(complex)[:, None], (1, 12)) + 1e-30j * np.eye(12)
-    seen = impact_of(numbers, columns[:8], columns[8:10], columns[10:12])
+    seen = impact_of(numbers, columns[:8], columns[8:10], columns[10:12], flat)
     goal = wanted(task)
-    across = planar.clubhead_velocity(numbers, x[:4], x[4:], z[:, 0], z[:, 1], np)[1]
+    bent = _bent(numbers, x, flat)
+    across = planar.clubhead_velocity(numbers, x[:4], x[4:], z[:, 0], z[:, 1], np, bent)[1]
     seen["speed"] = seen["speed"] if across >= 0 else -seen["speed"]  # away from the ball
     values = np.stack([seen[name] for name in goal])
     slopes = np.imag(values) / 1e-30
@@ -305,21 +322,37 @@ def shaft_families(
     scenarios: Sequence[Mapping[str, float]],
     grid: Grid,
     maps: Maps,
+    states: np.ndarray,
+    flat: bool,
 ) -> list[Family]:
-    """Limits of the shaft's bend before and after impact [m]."""
+    """Limits of the shaft's bend before and after impact [m], about a motion.
+
+    Args:
+        task: tells the limits.
+        scenarios: numbers of the robots [SI].
+        grid: the clock.
+        maps: states of every scenario.
+        states: of the motion about which the bend is linear, shape (scenarios, marks, 8) [SI].
+        flat: see `bend_rows`.
+    """
     before, after = task.shaft.deflection_before, task.shaft.deflection_after
     half = np.where(np.arange(len(grid.marks)) <= grid.impact, before, after)
     kept, found = np.flatnonzero(np.isfinite(half)), []
     for index, numbers in enumerate(scenarios):
-        slope, level = maps.slope[index], maps.level[index]
+        slope, level = maps.slope[index][kept, :4], maps.level[index][kept, :4]
         if len(kept):
-            own = half[kept]
-            bent = np.append(bend_rows(numbers, np.eye(4)), np.zeros(4))
+            own, at = half[kept], states[index, kept, :4]
+            tilted = at.T[:, None] + 1e-30j * np.eye(4)[:, :, None]
+            bent = bend_rows(numbers, tilted, flat)  # by complex steps, one coordinate each
+            by = np.imag(bent) / 1e-30
+            # where the states are not yet those of the maps, the rows lead from the maps' own
+            start = np.einsum("ik,ki->k", by, level)
+            if not flat:
+                start = start + np.real(bent[0]) - np.einsum("ik,ki->k", by, at)
             found.append(
                 Family(
                     "shaft", "deflection", "m", grid.marks[kept],
-                    np.einsum("i,kin->kn", bent, slope[kept]) / own[:, None],
-                    level[kept] @ bent / own, 0.0, own,
+                    np.einsum("ik,kin->kn", by, slope) / own[:, None], start / own, 0.0, own,
                 )
             )  # fmt: skip
     return found

@@ -72,7 +72,8 @@ def stated(
     grid = make_grid(duration, task.points, hit.time, contact, splines)
     robots, nominal = robots_at(task, rig, factors), factors.index(nominal_of(task))
     problem = problem_of(task, grid, robots, nominal, followed(golfer, grid))
-    return replace(problem, ring=RING_PLANAR if rig.fidelity == "planar" else RING)
+    flat = rig.fidelity != "planar"
+    return replace(problem, ring=RING if flat else RING_PLANAR, flat=flat)
 
 
 def followed(golfer: Mapping[str, np.ndarray] | None, grid: Grid) -> np.ndarray | None:

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from ..model import planar
 from ..model.drives import Drive, impact
 from ..model.extended import acting_laws
 from ..model.linear import Port
@@ -20,7 +19,7 @@ from ..model.rig import Rig
 from ..model.robot import INCLINATION, Robot
 from ..model.swing import Signals, swings
 from .profile import Limits, SwingProfile, Use, excess
-from .solve_program import HELD, impact_of, reach, wanted
+from .solve_program import HELD, bend_rows, impact_of, reach, wanted
 from .solve_torque import arm_torque, wrist_torque
 from .task import POSTERIOR, SHAFT_FREQUENCY, Impact, ShaftLimits, SwingTask
 
@@ -255,7 +254,7 @@ class Verdict:
         course = self.profile.at(np.array([self.profile.impact_time]))
         angles, rates = course.angles[0, :2], course.velocities[0, :2]
         state = played.states[index, played.hit]
-        seen = impact_of(played.numbers[index], state, angles, rates)
+        seen = impact_of(played.numbers[index], state, angles, rates, played.flat)
         return {name: float(seen[name] - goal) for name, goal in wanted(self.task).items()}
 
     @cached_property
@@ -276,7 +275,7 @@ class Verdict:
         """Largest bend of the shaft before and after impact [m]."""
         found = np.zeros(2)
         for index, numbers in enumerate(played.numbers):
-            bent = np.abs(planar.bend(numbers, played.states[index, :, :4].T))
+            bent = np.abs(bend_rows(numbers, played.states[index, :, :4].T, played.flat))
             first = bent[: played.hit + 1].max()
             found = np.maximum(found, [first, bent[played.hit :].max()])
         return float(found[0]), float(found[1])

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from ..model import planar
+from ..optimize.solve_program import bend_rows
 from . import figures
 from .figures import AFTER, BEFORE, OTHER
 from .words import unit_words
@@ -68,7 +68,7 @@ def club_figure(verdict: Verdict) -> Figure:
     """
     played, task = verdict.nominal, verdict.task
     x = played.states[0]
-    bend = planar.bend(played.numbers[0], x[:, :4].T)
+    bend = bend_rows(played.numbers[0], x[:, :4].T, played.flat)
     relative = x[:, 7]
     step = float(played.times[1])
     with mpl.rc_context(figures._STYLE):

@@ -80,7 +80,7 @@ def _frame(
     rigid = _place(wrist, drive[0] + drive[1], at.head, 0.0)
     grip = _place(wrist, q[0], at.grip, q[1])
     middle = _place(wrist, q[0], at.grip + 0.5 * at.lever, q[1] + 0.5 * at.lever * q[2])
-    head = _place(wrist, q[0], at.head - planar.foreshortening(numbers, q), q[3])
+    head = _place(wrist, q[0], at.grip + planar.head_of(numbers, q).along, q[3])
     return {
         "arm": [(0.0, 0.0), wrist],
         "rigid": [wrist, rigid],

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ...model import planar
+from ...model.lagrange import bent_shaft
 from ...model.radau import inverted
 from ...model.robot import PRESETS
 from ...model.swing import Signals, signals_of, swings
@@ -45,18 +46,17 @@ def _slope(t: Any, y: Any, design: Any) -> Any:
     ])  # fmt: skip
     drive, rate = jnp.stack([u[0], 0.0 * u[0]]), jnp.stack([u[1], 0.0 * u[1]])
     q, v, zero = y[:4], y[4:], jnp.zeros(4)
+    lever = planar.points_of(numbers).lever
+    bent = bent_shaft(lever, q[3] - q[1], q[2])
 
     def force(a: Any) -> Any:
         pivot = planar.pivot_acceleration(numbers, u, 0.0, jnp)
         axes = jnp.cos(q[0]), jnp.sin(q[0])
-        left = jnp.stack(planar.inertia_forces(numbers, q, v, a, pivot, axes))
-        for place, row, k, c in planar.spring_rows(numbers, True):
-            speed = planar.stretch(row, v, rate)
-            pull = k * planar.stretch(row, q, drive) + c * speed
-            if place == "wrist":
-                pull = pull + design[1] * jnp.tanh(speed / WIDTHS[1])
-            left = left + jnp.asarray(row[:4]) * pull
-        return left
+        left = list(planar.inertia_forces(numbers, q, v, a, pivot, axes, bent))
+        for one in planar.springs(numbers, q, v, drive, rate, True, bent):
+            friction = design[1] * jnp.tanh(one.rate / WIDTHS[1]) if one.place == "wrist" else 0.0
+            left = one.added(left, one.force + friction)
+        return jnp.stack(left)
 
     # in plain arithmetic, which a batch compiles to more quickly than calls of LAPACK
     mass = inverted(jax.jacfwd(force)(zero))

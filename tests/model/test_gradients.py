@@ -13,24 +13,32 @@ import numpy as np
 import pytest
 
 from supple.model import (
+    campbell,
     energies,
     planar,
     planar_march,
+    planar_release,
     radau,
+    shaft,
 )
+from supple.model.balance import held_force
 from supple.model.chain import Chain
 from supple.model.critical import critical_damping
 from supple.model.delay import shift
 from supple.model.drives import Drive, Hold, equilibrium, hold_rows, impact, release, wave
 from supple.model.exact import plan_of, traced_outputs
-from supple.model.lagrange import Acting, trace
+from supple.model.extended import Acting as Placed
+from supple.model.lagrange import Acting, bent_shaft, trace
+from supple.model.law import Place, library
 from supple.model.linear import Port, discretize, make_step, modes, state_space
+from supple.model.march import space_of
 from supple.model.plant import Plant, numbers_vector
 from supple.model.prescribed import through
 from supple.model.respond import force_responses, forced_motion, law_geometry, simulate
 from supple.model.ringdown import after_impulse, after_release, energy, free_samples, transition
 from supple.model.robot import PRESETS, Robot
 from supple.model.score import closed_rms, log_decrement, modal_decrement, peak, rms, settling
+from supple.model.sensors import loaded
 from supple.model.slopes import critical_slopes, mode_slopes
 from supple.model.swing import signals_of
 from supple.model.told import accelerated, second_derivatives
@@ -187,6 +195,40 @@ def one_step(x: Any) -> Any:
     return flat(found[:3], inverse, free, radau.at_stages(x[:2], x[1:], guess, 0.02))
 
 
+def bent_club(x: Any) -> Any:
+    """Whatever the shaft tells, of its length, stiffness, bend, place of the head and motion."""
+    lever, k, bend, across, tilt, *moves = x
+    head = shaft.head_at(lever, across, tilt, shaft.bend_of(lever, across, tilt))
+    rates = shaft.rates(head, moves[0], moves[1])
+    return flat(
+        shaft.force(lever, k, bend), shaft.energy(lever, k, bend), shaft.shortening(lever, bend),
+        shaft.slope_at_head(lever, bend), head, bent_shaft(lever, across, tilt), rates,
+        shaft.near_head(lever, across, tilt),
+        shaft.head_moved(lever, head, tilt, (moves[0], moves[1], moves[2])),
+        shaft.acceleration(head, rates[0], *moves[1:]),
+    )  # fmt: skip
+
+
+def plane_of(x: Any) -> planar_march.Plane:
+    return planar_march.Plane(table(x[:5]), 5.0, jnp.zeros(0), jnp.zeros((0, 2)), ())
+
+
+def at_rest(x: Any) -> Any:
+    return planar_release._rest("passive_wrist", (), plane_of(x), jnp.asarray([0.8, -0.3]))
+
+
+def held_displaced(x: Any) -> Any:
+    hold = Hold("clubhead", "absolute", 1.0)
+    return planar_release._released("pinned_wrist", (), plane_of(x), hold, 0.3)[0]
+
+
+def held_law(x: Any) -> Any:
+    here = Place(x[1], 1.0, 0.01, 0.3)
+    names = ("cubic_stiffness", "coulomb_friction", "relaxation")
+    laws = [Placed("wrist", library()[name], x[0], shapes=(0.02,)) for name in names]
+    return flat([held_force(law, x[2], here) for law in laws])
+
+
 CURVE = np.cumsum(RNG.normal(size=40))
 
 
@@ -208,7 +250,7 @@ CASES: dict[str, tuple[Callable[[Any], Any], np.ndarray]] = {
     "kinetic_energy": states(lambda p, q, v, a, d, r: planar.kinetic_energy(p, q, v, d, r, jnp)),
     "weight_energy": states(lambda p, q, v, a, d, r: planar.weight_energy(p, q, d, 5.0, jnp)),
     "spring_energy": states(lambda p, q, v, a, d, r: planar.spring_energy(p, q, d, True)),
-    "dissipation": states(lambda p, q, v, a, d, r: planar.dissipation(p, v, r, True)),
+    "dissipation": states(lambda p, q, v, a, d, r: planar.dissipation(p, q, v, r, True)),
     "clubhead_velocity": states(
         lambda p, q, v, a, d, r: planar.clubhead_velocity(p, q, v, d, r, jnp)
     ),
@@ -223,11 +265,19 @@ CASES: dict[str, tuple[Callable[[Any], Any], np.ndarray]] = {
     ),
     "foreshortening": states(
         lambda p, q, v, a, d, r: [
-            planar.bend(p, q), planar.foreshortening(p, q), planar.foreshortening_rate(p, q, v),
-            [planar.stretch(row, q, d) for _, row, _, _ in planar.spring_rows(p, True)],
+            planar.bend(p, q), planar.foreshortening(p, q), planar.most_bend(p),
+            planar.head_rates(planar.head_of(p, q), v),
+            [(one.stretch, one.rate, one.force) for one in planar.springs(p, q, v, d, r, True)],
             vars(planar.points_of(p)),
         ]
     ),
+    "the shaft": (bent_club, np.array([0.965, 139.0, 0.3, 0.4, 0.15, 7.0, 3.0, 40.0, 90.0])),
+    "rest under weight": (at_rest, AT),
+    "held by a hand": (held_displaced, AT),
+    "held laws": (held_law, np.array([900.0, 300.0, 0.05])),
+    "a steady rotation": numbers(lambda p: campbell._linearised(False, p, 15.0, 0.6)[:4]),
+    "loaded by sensors": numbers(lambda p: loaded(p, {"clubhead": 1e-3 * p["clubhead_mass"]})),
+    "the space that is marched": (lambda x: flat(vars(space_of(PLANT, z_of(x)))), WITH_LAWS),
     "rows' energies": numbers(
         lambda p: [
             energies.kinetic_energy(rows_of(p), jnp.append(V, D)),
@@ -298,6 +348,7 @@ CASES: dict[str, tuple[Callable[[Any], Any], np.ndarray]] = {
 }  # fmt: skip
 RNG_FORCES = RNG.normal(size=(2, len(TIMES), 1))
 SLOW = {
+    *("rest under weight", "held by a hand", "a steady rotation"),
     *("simulate with laws", "planar swing", "planar swing with laws", "planar march with laws"),
     *("sampled scores", "response to a wave", "response to a blow", "discretize", "energy"),
 }
@@ -377,7 +428,8 @@ def test_slopes_of_a_critical_damping_are_those_of_differences():
 
 FILES = (
     *("energies", "planar", "linear", "drives", "exact", "ringdown", "score", "respond", "told"),
-    *("delay", "radau", "lagrange", "planar_march", "slopes"),
+    *("delay", "radau", "lagrange", "planar_march", "slopes", "shaft", "balance", "march"),
+    *("extended", "planar_release", "planar_sensors", "sensors", "campbell"),
 )
 WITHOUT = {
     "plans, ports and drives, which hold no traced number": {
@@ -385,11 +437,24 @@ WITHOUT = {
         *("moved_grounds", "plant_of", "check_balance"),
     },
     "numpy at the end of a traced function that is here": {
-        *("exact_outputs", "state_history", "modes"),
+        *("exact_outputs", "state_history", "modes", "rest", "released", "modes_at", "campbell"),
+    },
+    "a balance iterated in numpy until it is settled: its forces are here": {"law_equilibrium"},
+    "tables that are read, and sensors that are described": {
+        *("acting_laws", "refusal", "stated", "law_places", "strengths", "widths"),
+        *("plain_sensor", "accelerometer", "strain_gauge", "encoder", "with_laws", "carrier"),
+        *("seen_ports",),
+    },
+    "numpy from end to end: what a record shows, rounded and cut off as a sensor does": {
+        *("readings", "read", "planar_samples", "felt_accelerations", "track_of"),
+    },
+    "steps that are halved in numpy until their error is small: one step is here": {
+        *("march", "carried_start"),
     },
     "derivatives themselves": {"tangents", "mode_slopes", "critical_slopes"},
     "whole numbers": {"cycles"},
-    "inside the swings": {"march"},
+    "inside the motions with laws that are here": {"acting_space", "march_rows", "offset_mask"},
+    "yes or no": {"is_zero"},
 }
 
 

@@ -210,15 +210,15 @@ def test_a_motion_from_the_door_is_marched_over_its_pieces_as_one(name):
 @pytest.mark.parametrize("name", ["relaxation", "hysteresis"])
 def test_after_a_blow_nothing_has_been_loaded_slowly(name):
     times, late = np.arange(300) * 1e-3, 25
-    still = jnp.zeros((len(times), 1))
+    still, brief = jnp.zeros((len(times), 1)), jnp.asarray(1e-3)
     z = vector(name, CASES[name])
     z[PLANT.slots["start"]] = (0.0, 0.5)
-    whole = np.asarray(simulate(PLANT, 8, z, still, 1e-3, CORNERS))[:, 0]
-    states = np.asarray(state_history(PLANT, 8, z, still, 1e-3, CORNERS)[0])
+    whole = np.asarray(simulate(PLANT, 8, z, still, brief, CORNERS))[:, 0]
+    states = np.asarray(state_history(PLANT, 8, jnp.asarray(z), still, brief, CORNERS)[0])
     z[PLANT.slots["start"]] = states[late]
-    slow = np.asarray(simulate(PLANT, 8, z, still[late:], 1e-3, CORNERS))[:, 0]
+    slow = np.asarray(simulate(PLANT, 8, z, still[late:], brief, CORNERS))[:, 0]
     z[PLANT.slots["since"]] = late * 1e-3
-    struck = np.asarray(simulate(PLANT, 8, z, still[late:], 1e-3, CORNERS))[:, 0]
+    struck = np.asarray(simulate(PLANT, 8, z, still[late:], brief, CORNERS))[:, 0]
     size = np.abs(whole).max()
     assert struck == pytest.approx(whole[late:], abs=2e-3 * size)
     if name == "relaxation":  # a slow load would have let the dashpot follow

@@ -93,7 +93,7 @@ def test_at_rest_it_is_the_linear_robot():
     still, none = jnp.zeros(4), jnp.zeros(2)
     mass = jax.hessian(planar.kinetic_energy, 2)(NUMBERS, still, still, none, none, jnp)
     springs = jax.hessian(planar.spring_energy, 1)(NUMBERS, still, none, True)
-    losses = jax.hessian(planar.dissipation, 1)(NUMBERS, still, none, True)
+    losses = jax.hessian(planar.dissipation, 2)(NUMBERS, still, still, none, True)
     linear = mass_matrix(rows)[:4, :4], stiffness_matrix(rows)[:4, :4]
     assert np.max(np.abs(mass - linear[0])) < 1e-12 * np.abs(linear[0]).max()
     assert np.max(np.abs(springs - linear[1])) < 1e-12 * np.abs(linear[1]).max()
@@ -138,8 +138,8 @@ def test_shortening_keeps_a_fast_club_stable():
 
     def bare(speed: float) -> float:
         """The same without the shaft's shortening: springs less the head's centrifugal force."""
-        rows = [row for row in planar.spring_rows(NUMBERS, False)]
-        matrix = sum(k * np.outer(row[1:4], row[1:4]) for _, row, k, _ in rows)
+        springs = jax.hessian(planar.spring_energy, 1)(NUMBERS, jnp.zeros(4), jnp.zeros(2), False)
+        matrix = np.asarray(springs)[1:, 1:]
         away = np.diag([NUMBERS["grip_mass"], 0.0, NUMBERS["clubhead_mass"]]) * speed**2
         return float(np.linalg.eigvalsh(matrix - away).min())
 
@@ -148,17 +148,41 @@ def test_shortening_keeps_a_fast_club_stable():
 
 
 def test_shortening_is_that_of_a_cantilever():
-    """Against the arc length of the bent shaft, summed along it."""
-    x_g, turn, bend = 0.001, 0.01, 0.05
+    """To second order the arc length of the bent shaft, summed along it; the next is the fourth."""
     lever = planar.points_of(NUMBERS).lever
-    q = np.array([0.0, x_g, turn, x_g + lever * turn + bend])
     along = np.linspace(0, 1, 20001)
-    slope = turn + bend / lever * (3 * along - 1.5 * along**2)
-    arc = 0.5 * lever * np.trapezoid(slope**2, along)
-    assert planar.foreshortening(NUMBERS, q) == pytest.approx(arc, rel=1e-8)
+    off = []
+    for size in (1.0, 0.5):
+        x_g, turn, bend = 0.001 * size, 0.01 * size, 0.05 * size
+        q = np.array([0.0, x_g, turn, x_g + lever * turn + bend])
+        slope = turn + bend / lever * (3 * along - 1.5 * along**2)
+        arc = 0.5 * lever * np.trapezoid(slope**2, along)
+        off.append(planar.foreshortening(NUMBERS, q) / arc - 1)
+    assert abs(off[0]) < 2e-3 and off[0] / off[1] == pytest.approx(4.0, rel=1e-2)
+
+
+def test_the_shortening_s_rate_is_that_of_differences():
+    q = np.array([0.0, 0.001, 0.2, 0.001 + 0.4])
     v = np.array([0.0, 0.3, -0.2, 0.9])
     step = 1e-6
     change = planar.foreshortening(NUMBERS, q + step * v) - planar.foreshortening(
         NUMBERS, q - step * v
     )
-    assert planar.foreshortening_rate(NUMBERS, q, v) == pytest.approx(change / 2 / step, rel=1e-7)
+    rate = planar.head_rates(planar.head_of(NUMBERS, q), v)[1]
+    assert -rate == pytest.approx(change / 2 / step, rel=1e-7)
+
+
+def test_a_bent_club_on_a_tilted_grip_is_as_long_as_it_is_to_the_grip_itself():
+    """A rotation of the grip leaves the shaft's line alone: what it feels is turned with it."""
+    lever, bend, tilt = planar.points_of(NUMBERS).lever, 0.3, 0.25
+    straight = planar.head_of(NUMBERS, np.array([0.0, 0.0, 0.0, bend]))
+    across = straight.along * np.sin(tilt) + bend * np.cos(tilt)
+    q = np.array([0.0, 0.002, tilt, 0.002 + across])
+    assert planar.bend(NUMBERS, q) == pytest.approx(bend, rel=1e-12)
+    near = straight.along * np.cos(tilt) - bend * np.sin(tilt)
+    assert planar.foreshortening(NUMBERS, q) == pytest.approx(lever - near, rel=1e-12)
+    energies = [
+        planar.spring_energy(NUMBERS | {"sleeve_stiffness": 0.0}, at, np.zeros(2), False)
+        for at in (q, np.array([0.0, 0.0, 0.0, bend]))
+    ]
+    assert energies[0] == pytest.approx(energies[1], rel=1e-12)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from supple.model import planar
 from supple.model.drives import impact, release
 from supple.model.linear import Port
 from supple.model.planar_batch import respond_planar_batch
@@ -35,8 +36,10 @@ def test_many_designs_are_each_their_own(drive):
 def test_a_shaft_that_bends_too_far_is_no_number():
     table = NUMBERS | {"clubhead_mass": np.array([0.05, 0.2])}
     found = respond_planar_batch(
-        ROBOT, table, impact("clubhead", -150.0, 0.0, 0.005), TIMES, SENSORS
+        ROBOT, table, impact("clubhead", -600.0, 0.0, 0.005), TIMES, SENSORS
     )
-    assert found.trusted.tolist() == [bool(b <= 0.1) for b in found.bends]
+    most = 0.6 * planar.points_of(NUMBERS).lever
+    assert found.most_bends == pytest.approx([most, most])
+    assert found.trusted.tolist() == [bool(b <= most) for b in found.bends]
     assert not found.trusted[0] and found.trusted[1]
     assert np.all(np.isnan(found.samples[0])) and np.all(np.isfinite(found.samples[1]))

@@ -1,5 +1,8 @@
 """Laws of what a told motion swings: to first order they are the planar robot's own terms."""
 
+from collections.abc import Callable
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -36,8 +39,19 @@ ROBOT = Robot("driven_arm")
 WHOLE = (ARM[0] + WRIST[0], ARM[1] + WRIST[1], ARM[2] + WRIST[2])
 
 
+def swing_of(name: str) -> Callable[..., Any]:
+    swing = library()[name].swing
+    assert swing is not None
+    return swing
+
+
+def joint(name: str, now: Any) -> tuple[str, Any, Any, Any]:
+    angle, rate, bend = (jnp.asarray(x) for x in now)
+    return name, angle, rate, bend
+
+
 def told():
-    joints = (("arm", *map(jnp.asarray, ARM)), ("wrist", *map(jnp.asarray, WRIST)))
+    joints = (joint("arm", ARM), joint("wrist", WRIST))
     return told_from(joints, P["arm_length"], first_moment(P), jnp.zeros(()))
 
 
@@ -48,7 +62,7 @@ def pulled(displaced, strength=STRENGTH):
         weights = jnp.asarray(swung.weights(place, P))
         rows = SwungRows(jnp.eye(len(weights))[0], weights)
         look = jnp.asarray([row for row, _ in swung.stretches(place, P)])
-        force = library()[name].swing(strength[name], look @ displaced, told(), rows)
+        force = swing_of(name)(strength[name], look @ displaced, told(), rows)
         total = total + jnp.asarray(swung.pushes(place, P)).T @ force
     return total
 
@@ -130,7 +144,8 @@ def swung_drive() -> Drive:
     times = np.linspace(0.0, 0.6, 61)
     arm = -1.5 + 1.2 * (1 - np.cos(np.pi * times / 0.6))
     wrist = -1.2 + 0.8 * times / 0.6 * arm**2
-    return Drive(joints=(through("arm", times, arm, 0.6), through("wrist", times, wrist, 0.6)))
+    at, along = times.tolist(), {"arm": arm.tolist(), "wrist": wrist.tolist()}
+    return Drive(joints=tuple(through(name, at, told, 0.6) for name, told in along.items()))
 
 
 TIMES = np.linspace(0.0, 0.6, 301)
@@ -161,10 +176,10 @@ def test_a_swung_motion_keeps_its_equations(linear):
     assert np.abs(moved.samples - linear.samples).max() > 0.2 * np.abs(linear.samples).max()
     rows = ROBOT.rows(P)
     mass, c, k = (np.asarray(f(rows)) for f in (mass_matrix, damping_matrix, stiffness_matrix))
-    arm, wrist = (joint.at(TIMES) for joint in swung_drive().joints)
+    arm, wrist = (each.at(TIMES) for each in swung_drive().joints)
     worst = 0.0
     for i in range(5, 300, 37):
-        joints = [("arm", *map(jnp.asarray, arm[i])), ("wrist", *map(jnp.asarray, wrist[i]))]
+        joints = [joint("arm", arm[i]), joint("wrist", wrist[i])]
         known = told_from(joints, P["arm_length"], first_moment(P), jnp.zeros(()))
         q = np.append(moved.positions[i], [arm[i, 0], wrist[i, 0]])
         v = np.append(moved.velocities[i], [arm[i, 1], wrist[i, 1]])
@@ -174,7 +189,7 @@ def test_a_swung_motion_keeps_its_equations(linear):
         for name, place in SWINGS.items():
             own = SwungRows(jnp.eye(4)[0], jnp.asarray(swung.weights(place, P)))
             look = jnp.asarray([row for row, _ in swung.stretches(place, P)])
-            force = library()[name].swing(STRENGTH[name], look @ beyond, known, own)
+            force = swing_of(name)(STRENGTH[name], look @ beyond, known, own)
             asked = asked + np.asarray(jnp.asarray(swung.pushes(place, P)).T @ force)
         worst = max(worst, np.abs(asked).max() / np.abs(mass[:4, :4] @ a[:4]).max())
     assert worst < 1e-6
@@ -183,17 +198,18 @@ def test_a_swung_motion_keeps_its_equations(linear):
 @pytest.mark.parametrize("name", SWINGS)
 def test_a_law_of_a_swing_keeps_the_contract(name):
     law, place = library()[name], SWINGS[name]
+    swing = swing_of(name)
     rows = SwungRows(jnp.eye(4)[0], jnp.asarray(swung.weights(place, P)))
     stretch = jnp.asarray([0.1, 0.02, 0.05, -0.03])
-    none = law.swing(0.0, stretch, told(), rows)
+    none = swing(0.0, stretch, told(), rows)
     np.testing.assert_array_equal(np.asarray(none), 0.0)
-    once, twice = (law.swing(s, stretch, told(), rows) for s in (1.0, 2.0))
+    once, twice = (swing(s, stretch, told(), rows) for s in (1.0, 2.0))
     np.testing.assert_allclose(2.0 * once, twice, rtol=1e-14)
-    np.testing.assert_allclose(jax.jit(law.swing)(1.0, stretch, told(), rows), once, rtol=1e-12)
-    slope = np.asarray(jax.jacfwd(lambda s: law.swing(1.0, s, told(), rows))(stretch))
+    np.testing.assert_allclose(jax.jit(swing)(1.0, stretch, told(), rows), once, rtol=1e-12)
+    slope = np.asarray(jax.jacfwd(lambda s: swing(1.0, s, told(), rows))(stretch))
     assert np.all(slope[~np.eye(4, dtype=bool)] == 0.0), "rows do not mix"
     still = told_from([], P["arm_length"], first_moment(P), jnp.zeros(()))
-    rest = law.swing(1.0, jnp.zeros(4), still, rows)
+    rest = swing(1.0, jnp.zeros(4), still, rows)
     np.testing.assert_allclose(rest, 0.0, atol=1e-15)
     if law.felt is not None:
         felt = Felt(1.0, *(jnp.asarray([x]) for x in (0.1, 0.2, 0.3)))

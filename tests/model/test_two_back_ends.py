@@ -55,7 +55,7 @@ def energies_in_the_plane(x: Any, xp: Any) -> list[Any]:
         planar.kinetic_energy(NUMBERS, q, v, d, rate, xp),
         planar.weight_energy(NUMBERS, q, d, PULL, xp),
         planar.spring_energy(NUMBERS, q, d, True),
-        planar.dissipation(NUMBERS, v, rate, True),
+        planar.dissipation(NUMBERS, q, v, rate, True),
         *planar.clubhead_velocity(NUMBERS, q, v, d, rate, xp),
     ]
 
@@ -66,9 +66,8 @@ def forces_in_the_plane(x: Any, xp: Any) -> list[Any]:
     pivot = planar.pivot_acceleration(NUMBERS, (d[0], rate[0], x[16]), PULL, xp)
     axes = xp.cos(q[0]), xp.sin(q[0])
     left = list(planar.inertia_forces(NUMBERS, q, v, a, pivot, axes))
-    for _, row, k, c in planar.spring_rows(NUMBERS, True):
-        pull = k * planar.stretch(row, q, d) + c * planar.stretch(row, v, rate)
-        left = [force + entry * pull for force, entry in zip(left, row[:4])]
+    for one in planar.springs(NUMBERS, q, v, d, rate, True):
+        left = one.added(left, one.force)
     return left
 
 

@@ -47,7 +47,7 @@ def test_the_motors_work_is_the_energy_that_the_club_has_and_loses(free):
     middle = 0.5 * (rates[1:] + rates[:-1])
     step = np.diff(times)
     work = np.sum(step * (torques["arm"] * middle[:, 0] + mean * middle[:, 1]))
-    lost = 2 * planar.dissipation(numbers, x[:, 4:].T, rates.T, True)
+    lost = 2 * planar.dissipation(numbers, x[:, :4].T, x[:, 4:].T, rates.T, True)
     lost = np.sum(step * 0.5 * (lost[1:] + lost[:-1]))
     whole = mass_matrix(Robot("driven_arm", tuple(numbers)).rows(numbers, np))
     moved = np.hstack([x[:, 4:], rates])

@@ -1,7 +1,9 @@
 """The planar robot a second time: Cartesian positions of its masses, d'Alembert, scipy's Radau.
 
-Nothing here comes from the package. The shaft's shortening is summed along its bent line, jax only
-differentiates the positions, and scipy integrates from jump to jump.
+Of the package it takes the shaft's energy and shortening along its own root alone, two functions
+of one number that tests/model/test_shaft.py holds against the elastica. How they turn with the
+grip, all forces and the motion are its own: jax only differentiates positions and energies, and
+scipy integrates from jump to jump.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.integrate import solve_ivp
 
-NODES, WEIGHTS = (jnp.asarray(part) for part in np.polynomial.legendre.leggauss(8))
+from supple.model.shaft import energy, shortening
 
 Told = Callable[[float], tuple[Sequence[float], Sequence[float], Sequence[float]]]
 """Angles of arm and wrist drive at a time, their rates, the rates of these."""
@@ -22,18 +24,35 @@ Load = Callable[[float], tuple[float, float, float]]
 """Torque on the collet, force on clubhead and on grip, across the collet, at a time."""
 
 
+def bend_of(p: dict[str, float], q: Any) -> Any:
+    """Bend of the shaft in the grip's own axes, of the head's place in the collet's."""
+    reach = p["club_length"] - p["grip_length"] / 2
+
+    def nearer(bend: Any, q: Any) -> Any:
+        """One step of Newton's."""
+        short, lean, _ = shortening(reach, bend)
+        sine, cosine = jnp.sin(q[2]), jnp.cos(q[2])
+        left = (reach - short) * sine + bend * cosine - (q[3] - q[1])
+        return bend - left / (cosine - lean * sine)
+
+    still = jax.lax.stop_gradient(q)
+    bend = still[3] - still[1] - reach * still[2]
+    bend = jax.lax.fori_loop(0, 8, lambda _, bend: nearer(bend, still), bend)
+    # from where it is found, two more steps have its first three derivatives
+    return nearer(nearer(jax.lax.stop_gradient(bend), q), q)
+
+
 def places(p: dict[str, float], q: Any, d: Any) -> Any:
     """Where collet, grip and clubhead are in the plane, x towards the ball, shape (3, 2)."""
     reach = p["club_length"] - p["grip_length"] / 2
     grip = p["sleeve_offset"] + p["sleeve_spacing"] / 2
-    bend = q[3] - q[1] - reach * q[2]
-    part = 0.5 * (NODES + 1.0)
-    slope = q[2] + bend / reach * 1.5 * part * (2.0 - part)  # of a cantilever loaded at its end
-    shortened = reach * jnp.sum(0.5 * WEIGHTS * 0.5 * slope**2)
+    bend = bend_of(p, q)
+    tip = reach - shortening(reach, bend)[0]  # along the grip's own axis
+    from_grip = tip * jnp.cos(q[2]) - bend * jnp.sin(q[2])
     wrist = p["arm_length"] * jnp.stack([jnp.cos(d[0]), jnp.sin(d[0])])
     along = jnp.stack([jnp.cos(q[0]), jnp.sin(q[0])])
     across = jnp.stack([-jnp.sin(q[0]), jnp.cos(q[0])])
-    head = (grip + reach - shortened) * along + q[3] * across
+    head = (grip + from_grip) * along + q[3] * across
     return wrist + jnp.stack([p["collet_centre"] * along, grip * along + q[1] * across, head])
 
 
@@ -73,8 +92,9 @@ def left_over(
     reach, half = p["club_length"] - p["grip_length"] / 2, p["sleeve_spacing"] / 2
     k, c = 2 * p["sleeve_stiffness"], 2 * p["sleeve_damping"]
     total = total + held([0, 1, -half, 0, 0, 0], k, c) + held([0, 1, half, 0, 0, 0], k, c)
-    shaft = [0, -1, -reach, 1, 0, 0]
-    total = total + held(shaft, p["shaft_stiffness"], p["shaft_damping"])
+    by_bend = jax.grad(lambda q: bend_of(p, q))(q)
+    pulled = jax.grad(lambda bend: energy(reach, p["shaft_stiffness"], bend))(bend_of(p, q))
+    total = total + by_bend * (pulled + p["shaft_damping"] * (by_bend @ v))
     return total + held([1, 0, 0, 0, -1, -1], p["wrist_stiffness"], p["wrist_damping"], law)
 
 

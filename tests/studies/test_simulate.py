@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from supple.model import planar
 from supple.model.rig import read_rig, write_rig
 from supple.model.robot import PRESETS
 from supple.studies import cli
@@ -178,7 +179,12 @@ def test_each_of_the_six_models_moves_in_the_plane(
     at = PRESETS["robo_v"]["club_length"] - PRESETS["robo_v"]["grip_length"] / 2
     bend = moved["clubhead_displacement"] - moved["grip_displacement"]
     bend = bend - at * moved["grip_angle"]
-    np.testing.assert_allclose(moved["shaft:strain:collet"], 0.024 * bend, atol=1e-15)
+    # across the grip's own axis, which is tilted a little
+    np.testing.assert_allclose(moved["shaft:strain:collet"], 0.024 * bend, atol=2e-3 * 0.024)
+    club = ("grip_displacement", "grip_angle", "clubhead_displacement")
+    q = np.stack([0.0 * moved["time"], *(moved[name] for name in club)])
+    exact = planar.bend(PRESETS["robo_v"], q)
+    np.testing.assert_allclose(moved["shaft:strain:collet"], 0.024 * exact, atol=1e-15)
     if model == "pinned_wrist":
         assert moved["clubhead_displacement"][0] == pytest.approx(0.05)
     if model == "driven_arm":
@@ -189,8 +195,7 @@ def test_each_of_the_six_models_moves_in_the_plane(
 def test_a_shaft_that_bends_too_far_is_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    far = PLANAR["pinned_wrist"].replace("0.05", "0.4")
-    called = write(tmp_path, ROBOT + 'fidelity = "planar"\n', far)
+    called = write(tmp_path, ROBOT + 'fidelity = "planar"\n', PULSE)
     assert cli.main([*called, "--out", str(tmp_path), "--json"]) == 3
     result = json.loads(capsys.readouterr().out)
     assert result["status"] == "left_model" and "The shaft bends by up to" in result["sentence"]
