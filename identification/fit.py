@@ -430,7 +430,7 @@ def settle(fit: Fit) -> Fit:
     for _ in range(3):
         floor = learn_noise(fit)
         # errors of told motions that nobody has estimated yet are not errors of the model
-        bare = not fit.model.allowances and bool(allowances_of(fit.model, fit))
+        bare = not fit.model.allowances and bool(drive_allowances(fit.model, fit.x))
         noises = floor if bare else weights_of(fit, floor)
         before = fit.model.noises
         same = all(_alike(noises[key], before[key]) for key in noises)

@@ -140,7 +140,9 @@ def settled(fit: Fit, far: bool) -> Fit:
     """
     found = settle(fit)
     if worst_ratio(found) > DOMINATED:
-        return _quieter(found, descended(fit))  # costs say little there
+        found = _quieter(found, descended(fit))
+    if worst_ratio(found) > DOMINATED:
+        return found  # costs say little there
     if far:
         found = _better(found, grown(found.model, told_start(found.model, found.x), 40))
     if any(has_corners(law) for _, law in found.model.causes):

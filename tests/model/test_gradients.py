@@ -453,7 +453,12 @@ WITHOUT = {
     },
     "derivatives themselves": {"tangents", "mode_slopes", "critical_slopes"},
     "whole numbers": {"cycles"},
-    "inside the motions with laws that are here": {"acting_space", "march_rows", "offset_mask"},
+    "inside the motions with laws that are here": {
+        "acting_space",
+        "begun",
+        "march_rows",
+        "offset_mask",
+    },
     "yes or no": {"is_zero"},
 }
 
