@@ -55,7 +55,11 @@ most that a law was seen to gain on a clean set of a finite-element club."""
 
 UNSHOWN = 90.0
 """Fall of BIC that a law needs where no misfit shows [-]: an effect counts as detectable from ten
-units of noise on, which is 100 of the cost, and a number more costs about 10."""
+units of noise on, which is 100 of the cost, and a number more costs about 10.
+
+Beyond it a strength is not zero whatever its standard deviation says: one that trades off with
+another constant has a wide one, and the records still refuse zero (Hauck and Donner 1977,
+doi:10.1080/01621459.1977.10479969)."""
 
 MISFIT_SHOWN = 0.01
 """Chance of the worst channel's misfit under the noise, below which there is one [-]."""
@@ -283,11 +287,12 @@ class _Search:
             words = f"refused: it explains only {100 * share:.0f} % of the misfit beyond the noise"
             return replace(trial, verdict=words)
         index = fit.index(trial.candidate.entry.label)
-        if abs(fit.value(index)) < 3.0 * fit.std(index):
+        held_by_std = abs(fit.value(index)) < 3.0 * fit.std(index)
+        if held_by_std and trial.delta_bic < UNSHOWN:
             return replace(trial, verdict="refused: its interval holds zero")
         if trial.candidate.law.slot == "delay" and abs(fit.value(index)) < interval(trial):
             return replace(trial, verdict="refused: it is shorter than a sampling interval")
-        pushed = set(on_bounds(fit)) - set(on_bounds(before))
+        pushed = set(on_bounds(fit)) - set(on_bounds(before, 2.0))
         if pushed and share < LEAST_SHARE:
             which = ", ".join(sorted(pushed))
             return replace(trial, verdict=f"refused: it only replaces {which}")

@@ -87,13 +87,13 @@ def believable(share: float, told_before: float, told_after: float) -> bool:
     return share >= SURE_SHARE or told_after**2 <= (1.0 - SURE_GAIN) * told_before**2
 
 
-def on_bounds(fit: Fit) -> tuple[str, ...]:
-    """Labels of the rig's constants that stand on a bound."""
+def on_bounds(fit: Fit, within: float = 0.0) -> tuple[str, ...]:
+    """Labels of the rig's constants that stand on a bound, or `within` so many of their std [-]."""
     found = []
     for i, entry in enumerate(fit.model.entries):
         if entry.nuisance or entry.slot != "numbers":
             continue
-        room = ON_BOUND * abs(entry.scale)
+        room = max(ON_BOUND * abs(entry.scale), within * fit.std(i))
         if fit.value(i) - entry.low < room or entry.high - fit.value(i) < room:
             found.append(entry.label)
     return tuple(found)

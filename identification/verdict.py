@@ -35,6 +35,10 @@ def amount(value: float, std: float, unit: str) -> str:
     return f"{value:.{figures}g} ± {std:.2g}{unit}"
 
 
+LARGEST_EXPONENT = 300.0
+"""Largest natural logarithm of the factor by which a number may be uncertain [-]."""
+
+
 def cause_json(trial: Trial, fit: Fit, probability: float) -> dict[str, Any]:
     """One accepted cause with its strength in `fit` [SI]."""
     candidate = trial.candidate
@@ -68,13 +72,15 @@ def _shape(fit: Fit, shape: Entry) -> dict[str, Any]:
 
 
 def _interval(value: float, std: float, low: float, unit: str) -> dict[str, Any]:
-    return {
-        "value": value,
-        "std": std,
-        "low": max(value - NORMAL_95 * std, low),
-        "high": value + NORMAL_95 * std,
-        "unit": unit,
-    }
+    """95 % interval [SI]; of a positive number known to less than its size, about its logarithm.
+
+    What the records refuse to be zero is known by its factor, not by its difference.
+    """
+    first, last = value - NORMAL_95 * std, value + NORMAL_95 * std
+    if value > 0.0 and low >= 0.0 and first <= low:
+        factor = float(np.exp(min(NORMAL_95 * std / value, LARGEST_EXPONENT)))
+        first, last = value / factor, value * factor
+    return {"value": value, "std": std, "low": max(first, low), "high": last, "unit": unit}
 
 
 def probabilities(diagnosis: Diagnosis) -> dict[str, float]:

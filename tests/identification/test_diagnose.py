@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from supple.identification import screen as screening
+from supple.identification import diagnose as diagnosing, screen as screening
 from supple.identification.diagnose import diagnose, split_records
 from supple.identification.evidence import (
     believable,
@@ -102,6 +102,19 @@ def test_a_law_that_does_not_foretell_is_refused(softening_diagnosis):
     for trial in found.trials:
         name = trial.candidate.name
         assert (trial.verdict == "accepted") == (name in names(found)), (name, trial.verdict)
+
+
+def test_zero_is_refused_by_the_records_whatever_the_standard_deviation(
+    softening_diagnosis, monkeypatch
+):
+    trial = softening_diagnosis.accepted[0]
+    unsure = replace(trial.fit, covariance=1e6 * trial.fit.covariance)
+    monkeypatch.setattr(diagnosing, "settled", lambda fit, far: unsure)
+    search = diagnosing._Search(softening_diagnosis.base, None, lambda text: None)
+    assert trial.delta_bic > diagnosing.UNSHOWN
+    assert search._judge(trial, search.base).verdict == "accepted"
+    weak = replace(trial, delta_bic=diagnosing.UNSHOWN - 1.0)
+    assert search._judge(weak, search.base).verdict == "refused: its interval holds zero"
 
 
 def test_evidence_is_earned(softening_diagnosis, clean_fit):

@@ -130,6 +130,8 @@ def test_a_bound_that_holds_is_reported(tmp_path):
     rig = with_rig(bench, text[start:end], "max = 75.0")
     fit = fit_base(make_problem(bench.records, rig))
     assert "links.spring.stiffness" in on_bounds(fit)
+    free = fit_base(make_problem(bench.records, bench.rig))
+    assert not on_bounds(free, 2.0) and "links.spring.damping" in on_bounds(free, 1e4)
     told = identifiability(fit)["links.spring.stiffness"]
     assert told["identifiable"] == "one_sided" and "bound" in told["note"]
     assert constants(fit)["links.spring.stiffness"][0] == pytest.approx(75.0, rel=1e-3)

@@ -10,6 +10,7 @@ import pytest
 from supple.identification.constants import fit_json
 from supple.identification.diagnose import Diagnosis
 from supple.identification.verdict import (
+    _interval,
     amount,
     diagnosis_json,
     next_of,
@@ -148,6 +149,15 @@ def test_sentences_name_the_place_and_the_strength(softening_diagnosis, clean_di
 )
 def test_amounts_as_a_reader_wants_them(value, std, unit, words):
     assert amount(value, std, unit) == words
+
+
+def test_a_positive_strength_that_is_hardly_known_is_known_by_its_factor():
+    shown = _interval(2.0, 1.5, 0.0, "N")
+    assert shown["low"] * shown["high"] == pytest.approx(4.0)
+    assert 0.0 < shown["low"] < 2.0 < shown["high"]
+    assert _interval(2.0, 0.1, 0.0, "N")["low"] == pytest.approx(2.0 - 0.196, abs=1e-4)
+    assert _interval(-2.0, 1.5, -math.inf, "N")["high"] > 0.0  # of either sign: as it was
+    assert math.isfinite(_interval(1e-9, 1.0, 0.0, "N")["high"])
 
 
 def test_no_digits_are_lost_for_tiny_or_huge_numbers():
