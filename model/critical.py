@@ -100,8 +100,8 @@ def check_aperiodic(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray
         Minors, counts and verdicts.
 
     Raises:
-        ValueError: for matrices of unlike shapes, a singular mass, or more than
-            `MOST_COORDINATES`.
+        ValueError: for matrices of unlike shapes, numbers that are not finite, a singular mass,
+            or more than `MOST_COORDINATES`.
 
     Source: Bulatovic 2001 as the thesis tells it in eq. 26-31, lines 1327-1350, where eq. 27
     should be the product of squared differences; tests/model/test_critical.py.
@@ -130,7 +130,8 @@ def critical_damping(mechanism: Mechanism, p: Mapping[str, float], name: str) ->
         The intervals, ends included in none; none where no value does it.
 
     Raises:
-        ValueError: where that name is no damping of the mechanism; see also `check_aperiodic`.
+        ValueError: where that name is no damping of the mechanism, or a number is missing; see
+            also `check_aperiodic`.
 
     Source: thesis 6.4, lines 1325-1357; tests/model/test_critical.py.
     """
@@ -139,6 +140,12 @@ def critical_damping(mechanism: Mechanism, p: Mapping[str, float], name: str) ->
         known = ", ".join(other for other in mechanism.names if "damping" in other)
         raise ValueError(
             f"damping: expected one of {known}, found {name!r}. Mend: name one of these."
+        )
+    missing = [other for other in mechanism.names if other != name and other not in p]
+    if missing:
+        raise ValueError(
+            f"numbers: expected every number of the mechanism, found none for {missing[0]!r}. "
+            "Mend: add it."
         )
     zero, one = (_exact_rows(mechanism, p, name, value) for value in (0.0, 1.0))
     mass, without, with_one, stiffness = (
@@ -210,6 +217,12 @@ def damping_intervals(
 
 def _fractions(values: np.ndarray) -> np.ndarray:
     """The same numbers, each as the fraction that it is in the machine."""
+    wild = [x for x in values.flat if not (isinstance(x, Fraction) or np.isfinite(x))]
+    if wild:
+        raise ValueError(
+            f"matrices: expected finite numbers, found {wild[0]}. Mend: correct the masses, "
+            "stiffnesses and dampings that they are made of."
+        )
     return np.vectorize(Fraction, otypes=[object])(values)
 
 

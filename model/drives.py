@@ -385,7 +385,8 @@ def check_balance(coordinates: np.ndarray, found: np.ndarray, hold: Hold) -> Non
     missed = ~(np.abs(found - hold.displacement) <= 1e-6 * abs(hold.displacement))
     if np.any(missed) or not np.all(np.isfinite(coordinates)):
         raise ValueError(
-            f"release at {hold.place!r}: expected springs that hold the rig in balance there, "
-            "found none that do (a stiffness is zero, or a law takes it away). Mend: give the rig "
-            "a stiffness there, or release another place."
+            f"release at {hold.place!r}: expected springs that hold the rig in balance at "
+            f"{hold.displacement:g}, found none that do (a stiffness is zero, a law takes it away, "
+            "or the bent club does not reach so far). Mend: give the rig a stiffness there, or "
+            "release another place or from nearer."
         )

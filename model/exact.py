@@ -117,6 +117,8 @@ def traced_outputs(
 ) -> tuple[Array, Array, Array]:
     """Outputs as `exact_outputs` has them, with derivatives, and what a release begins with.
 
+    Derivatives are taken forwards (``jax.jacfwd``, ``jax.jvp``), see `linear.discretize`.
+
     Args:
         plan: what is simulated.
         table: numbers of the mechanism by name, each of shape (designs,) [SI].

@@ -239,6 +239,8 @@ def _needs_model(place: str, is_chain: bool) -> str:
 def discretize(a: Array, b: Array, step: Any, orders: int = 3) -> tuple[Array, list[Array]]:
     """Exact transition over `step` for inputs that are polynomials in time.
 
+    Differentiable forwards alone: how often it squares hangs on the numbers.
+
     Args:
         a: shape (states, states) [SI unit of the state a second and a unit of the state].
         b: shape (states, inputs) [SI unit of the state a second and a unit of the input].

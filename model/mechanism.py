@@ -20,7 +20,8 @@ def mechanism_of(rig: Rig, planar: bool = False) -> Mechanism:
         A static mechanism whose `names` are all in ``rig.parameters``.
 
     Raises:
-        ValueError: for a fidelity that will not do, or a weight where nothing has one.
+        ValueError: for a fidelity that will not do, a weight where nothing has one, an angle in
+            degrees, or a club that is no longer than its grip.
     """
     if rig.kind == "chain":
         if rig.fidelity != "thesis":
@@ -41,4 +42,20 @@ def mechanism_of(rig: Rig, planar: bool = False) -> Mechanism:
         expected = "fidelity = 'planar', the only one with weight"
         mend = "write that under [rig], or remove this number"
         raise fault(rig.path, f"[parameters] {INCLINATION}", expected, "'thesis'", mend)
+    _check_numbers(rig)
     return Robot(rig.model, tuple(name for name in PARAMETERS if name in rig.parameters))
+
+
+def _check_numbers(rig: Rig) -> None:
+    """Refuse a swing plane beyond the upright and a club without a shaft."""
+    values = {name: parameter.value for name, parameter in rig.parameters.items()}
+    upright = PARAMETERS[INCLINATION].high
+    if values.get(INCLINATION, 0.0) > upright:
+        expected, found = f"an angle from 0 to {upright:.6g} rad", f"{values[INCLINATION]:g}"
+        mend = "write it in rad: 90 degrees are 1.5708"
+        raise fault(rig.path, f"[parameters] {INCLINATION}", expected, found, mend)
+    club, grip = values["club_length"], values["grip_length"]
+    if club <= grip:
+        expected = f"more than the grip's {grip:g} m"
+        mend = "write the length of the whole club, butt to clubhead, in m"
+        raise fault(rig.path, "[parameters] club_length", expected, f"{club:g}", mend)

@@ -30,6 +30,7 @@ from .planar_motion import (
 )
 from .planar_sensors import planar_samples, track_of
 from .robot import Robot
+from .shaft import LARGEST_TILT
 
 TILE = 64
 """Designs that are marched at once [-]; the last tile is filled up."""
@@ -47,18 +48,20 @@ class PlanarBatch:
         errors: estimated error of each design's worst state as a share of its largest value;
             infinite where it ran away, shape (designs,) [-].
         bends: largest bend of each design's shaft, shape (designs,) [m].
+        tilts: largest angle of each design's grip against the collet, shape (designs,) [rad].
         most_bends: bend up to which each shaft is good, shape (designs,) [m].
     """
 
     samples: np.ndarray
     errors: np.ndarray
     bends: np.ndarray
+    tilts: np.ndarray
     most_bends: np.ndarray
 
     @property
     def trusted(self) -> np.ndarray:
-        """Which designs converged and bent no further than is good, shape (designs,) [-]."""
-        return (self.errors <= TOLERANCE) & (self.bends <= self.most_bends)
+        """Which converged, and bent and tilted no further than is good, shape (designs,) [-]."""
+        return _is_trusted(self.errors, self.bends, self.tilts, self.most_bends)
 
 
 def respond_planar_batch(
@@ -78,9 +81,9 @@ def respond_planar_batch(
         sensors: what is measured, see `planar_samples`.
 
     Returns:
-        Samples, estimated errors and largest bends. All designs of a tile have the same steps,
-        which are halved until the error that this shows is within `TOLERANCE` for each of them or
-        `MOST_REFINEMENT` is reached.
+        Samples, estimated errors, largest bends and tilts. All designs of a tile have the same
+        steps, which are halved until the error that this shows is within `TOLERANCE` for each of
+        them or `MOST_REFINEMENT` is reached.
 
     Raises:
         ValueError: as for `respond_planar`.
@@ -92,27 +95,32 @@ def respond_planar_batch(
     count = max((value.size for value in named.values()), default=1)
     whole = {name: np.broadcast_to(value, (count,)) for name, value in named.items()}
     samples = np.full((count, len(times), len(sensors)), np.nan)
-    errors, bends = np.full(count, np.inf), np.full(count, np.inf)
+    errors, bends, tilts = np.full((3, count), np.inf)
     most = planar.most_bend(whole)
     signals, tile = sampled_signals(drive, times), min(TILE, count)
     for low in range(0, count, tile):
         chosen = np.minimum(np.arange(low, low + tile), count - 1)
         designs = [{name: float(v[k]) for name, v in whole.items()} for k in chosen]
-        found, error, bend = _refined(robot, designs, drive, times)
+        found, *told = _refined(robot, designs, drive, times)
         for lane in range(min(tile, count - low)):
-            errors[low + lane], bends[low + lane] = error[lane], bend[lane]
-            if error[lane] <= TOLERANCE and bend[lane] <= most[low + lane]:
+            at = low + lane
+            errors[at], bends[at], tilts[at] = (part[lane] for part in told)
+            if _is_trusted(errors[at], bends[at], tilts[at], most[at]):
                 q, v, a = found[lane]
                 track = track_of(q, v, a, signals)
                 for index, port in enumerate(sensors):
-                    samples[low + lane, :, index] = planar_samples(designs[lane], track, port)
-    return PlanarBatch(samples, errors, bends, most)
+                    samples[at, :, index] = planar_samples(designs[lane], track, port)
+    return PlanarBatch(samples, errors, bends, tilts, most)
+
+
+def _is_trusted(errors: Any, bends: Any, tilts: Any, most_bends: Any) -> Any:
+    return (errors <= TOLERANCE) & (bends <= most_bends) & (tilts <= LARGEST_TILT)
 
 
 def _refined(
     robot: Robot, designs: list[dict[str, float]], drive: Drive, times: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Positions, velocities, accelerations (designs, 3, t, 4), errors and bends (designs,)."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Positions, velocities, accelerations (designs, 3, t, 4); errors, bends, tilts (designs,)."""
     cases = [case_of(robot, design, drive, times) for design in designs]
     starts = [start_of(case) for case in cases]
     planes: Plane = jax.tree.map(lambda *x: jnp.stack(x), *(_arrays(c.plane) for c in cases))
@@ -121,12 +129,12 @@ def _refined(
         jnp.asarray(np.stack([v for _, v in starts])),
     )
     run = partial(_march, cases[0].model, planes, *given, drive, times)
-    refinement, (coarse, _, _) = 1, run(1)
+    refinement, coarse = 1, run(1)[0]
     at = planar.points_of(designs[0])
     levers = np.array([at.head, 1.0, at.lever, 1.0])
     while True:
         refinement *= 2
-        fine, change, bend = run(refinement)
+        fine, change, *far = run(refinement)
         reach = np.max(np.abs(fine[:, 0]) * levers, axis=(1, 2))[:, None, None]
         worst = np.zeros(len(designs))
         for order in (0, 1):
@@ -137,7 +145,8 @@ def _refined(
         sound = np.isfinite(worst) & (change <= UNSETTLED)
         errors = np.where(sound, worst / THIRD_ORDER, np.inf)
         if np.all(errors <= TOLERANCE) or refinement >= MOST_REFINEMENT:
-            return fine, errors, np.where(np.isfinite(bend), bend, np.inf)
+            bend, tilt = np.nan_to_num(far, nan=np.inf, posinf=np.inf)
+            return fine, errors, bend, tilt
         coarse = fine
 
 
@@ -153,12 +162,12 @@ def _march(
     drive: Drive,
     times: np.ndarray,
     refinement: int,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Motion (designs, 3, t, 4), largest last change and largest bend (designs,)."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Motion (designs, 3, t, 4); largest last change, bend and tilt of the grip (designs,)."""
     starts, kept = steps_of(drive, times, refinement)
     steps, pushes = np.append(np.diff(starts), 0.0), pushes_of(drive, starts)
     course = _begin(model, planes, q, v, jnp.asarray(begun_signals(drive)))
-    tables, change, bend = [], np.zeros(len(q)), np.zeros(len(q))
+    tables, (change, bend, tilt) = [], np.zeros((3, len(q)))
     p = {name: np.asarray(number)[:, None] for name, number in planes.numbers.items()}
     for low in range(0, len(starts), CHUNK):
         part = slice(low, min(low + CHUNK, len(starts)))
@@ -168,10 +177,12 @@ def _march(
         at, rate, acceleration, moved = (np.asarray(each)[:, :here] for each in found)
         bent = np.abs(planar.bend(p, np.moveaxis(at, 2, 0)))
         bend = np.maximum(bend, np.max(np.nan_to_num(bent, nan=np.inf), axis=1))
+        turned = np.nan_to_num(np.abs(at[:, :, 2]), nan=np.inf)
+        tilt = np.maximum(tilt, np.max(turned, axis=1))
         change = np.maximum(change, np.max(np.nan_to_num(moved, nan=np.inf), axis=1))
         own = (kept >= low) & (kept < part.stop)
         tables.append(np.stack([at, rate, acceleration], axis=1)[:, :, kept[own] - low])
-    return np.concatenate(tables, axis=2), change, bend
+    return np.concatenate(tables, axis=2), change, bend, tilt
 
 
 @partial(jax.jit, static_argnums=0)

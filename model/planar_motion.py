@@ -19,7 +19,7 @@ from .planar_sensors import planar_samples, track_of
 from .quick import quickly
 from .radau import NODES
 from .robot import INCLINATION, Robot
-from .shaft import LARGEST_BEND
+from .shaft import LARGEST_BEND, LARGEST_TILT
 
 LONGEST = 1e-3
 """Longest step that is tried [s]."""
@@ -53,9 +53,13 @@ LEFT_SHAFT = (
     "force is no longer good. Slow the swing, stiffen the shaft, or take these numbers for a first "
     "look."
 )
+LEFT_SLEEVE = (
+    "The grip tilts by up to {tilt:.2f} rad in the collet: beyond {limit:g} rad the place of the "
+    "clubhead is no longer good. Stiffen the sleeve, or take these numbers for a first look."
+)
 RAN_AWAY = (
     "The motion grew beyond all numbers after {time:.6g} s, where the table ends. Look for a "
-    "constant of the wrong sign or size, or a shaft that is too weak for this swing."
+    "constant of the wrong sign or size, or a shaft or sleeve too weak for this swing."
 )
 
 
@@ -91,6 +95,7 @@ class _Run:
     v: np.ndarray
     a: np.ndarray
     bend: float  # largest of the shaft at any step [m]
+    tilt: float  # of the grip against the collet, likewise [rad]
     change: float  # largest last change of an unsettled step [-]
 
 
@@ -119,8 +124,8 @@ def respond_planar(
 
     Returns:
         The motion. Its steps are halved until the error that this shows is small; its status says
-        where that was not enough, where the shaft bends too far for its law, and where the motion
-        grew beyond all numbers, after which it ends.
+        where that was not enough, where the shaft bends or the grip tilts too far for its law,
+        and where the motion grew beyond all numbers, after which it ends.
 
     Raises:
         ValueError: for times that are not uniform, numbers that are missing, a law that does not
@@ -283,7 +288,7 @@ def _march(case: Case, start: tuple[np.ndarray, np.ndarray], refinement: int) ->
     steps = np.append(np.diff(starts), 0.0)
     pushes = pushes_of(case.drive, starts)
     course: Course = begin(case.model, case.acting, case.plane, *start, begun_signals(case.drive))
-    p, tables, bend, change = case.numbers, [], 0.0, 0.0
+    p, tables, bend, tilt, change = case.numbers, [], 0.0, 0.0, 0.0
     for low in range(0, len(starts), CHUNK):
         part = slice(low, min(low + CHUNK, len(starts)))
         ahead = legs_of(case.drive, starts[part], steps[part], pushes[part])
@@ -292,6 +297,7 @@ def _march(case: Case, start: tuple[np.ndarray, np.ndarray], refinement: int) ->
         bent = np.abs(planar.bend(p, q.T))
         finite = np.isfinite(bent + np.sum(v + a, axis=1))
         bend = max(bend, float(np.max(bent[finite], initial=0.0)))
+        tilt = max(tilt, float(np.max(np.abs(q[finite, 2]), initial=0.0)))
         change = max(change, float(np.max(np.nan_to_num(changes, nan=np.inf))))
         tables.append(np.stack([q, v, a], axis=1))
         if not np.all(finite):
@@ -301,7 +307,7 @@ def _march(case: Case, start: tuple[np.ndarray, np.ndarray], refinement: int) ->
     wild = ~np.all(np.isfinite(table[kept]), axis=(1, 2))
     last = int(np.argmax(wild)) if np.any(wild) else len(kept)
     q, v, a = np.moveaxis(table[kept[:last]], 1, 0)
-    return _Run(q, v, a, bend, change)
+    return _Run(q, v, a, bend, tilt, change)
 
 
 def legs_of(drive: Drive, starts: np.ndarray, steps: np.ndarray, pushes: np.ndarray) -> Legs:
@@ -370,6 +376,8 @@ def _motion(
     elif run.bend > planar.most_bend(case.numbers):
         limit = planar.most_bend(case.numbers)
         doubt = LEFT_SHAFT.format(bend=run.bend, limit=limit, share=LARGEST_BEND)
+    elif run.tilt > LARGEST_TILT:
+        doubt = LEFT_SLEEVE.format(tilt=run.tilt, limit=LARGEST_TILT)
     first = 4 - len(robot.coordinates)
     return Motion(
         times, robot.coordinates, run.q[:, first:], run.v[:, first:], run.a[:, first:], sensors,

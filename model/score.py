@@ -34,13 +34,13 @@ def rms(samples: Any, times: Any, window: Window | None = None) -> Array:
         window: first and last time that count [s]; all where None.
 
     Returns:
-        Shape (...) [unit of the samples].
+        Shape (...) [unit of the samples]. Of nothing but zeros its derivative is 0.
 
     Raises:
         ValueError: for a window without samples.
     """
     inside, _ = _windowed(samples, times, window)
-    return jnp.sqrt(jnp.mean(inside**2, axis=-1))
+    return _root(jnp.mean(inside**2, axis=-1))
 
 
 def peak(samples: Any, times: Any, window: Window | None = None) -> Array:
@@ -64,7 +64,7 @@ def settling(
 
     Returns:
         Shape (...), from the window's first sample on [s]; infinite where the last sample is still
-        too large, 0 for a response that is nothing but zeros.
+        too large, 0 for a response that is nothing but zeros, NaN for one with a NaN.
 
     Raises:
         ValueError: for a window without samples.
@@ -96,7 +96,7 @@ def cycles(samples: Any, times: Any, window: Window | None = None, share: float 
         share: of the peak [-].
 
     Returns:
-        Shape (...), whole numbers [-].
+        Shape (...), whole numbers [-]; NaN for samples with a NaN.
 
     Raises:
         ValueError: for a window without samples.
@@ -127,7 +127,7 @@ def log_decrement(
 
     Returns:
         Shape (...) [-]; NaN where fewer than two positive maxima stand, so that there is nothing
-        to compare.
+        to compare, and for samples with a NaN.
 
     Raises:
         ValueError: for an unknown reading, uneven times, or a window without samples.
@@ -184,9 +184,17 @@ def _windowed(samples: Any, times: Any, window: Window | None) -> tuple[Array, n
 
 
 def _each(one: Callable[[Array], Array], samples: Array) -> Array:
-    """A score of one design, for every design of the leading axes."""
+    """A score of one design, for every design of the leading axes; NaN of what holds a NaN."""
     designs = samples.reshape(-1, samples.shape[-1])
-    return jax.vmap(one)(designs).reshape(samples.shape[:-1])
+    known = ~jnp.any(jnp.isnan(designs), axis=-1)
+    found = jax.vmap(one)(designs)
+    return jnp.where(known, found, jnp.nan).reshape(samples.shape[:-1])
+
+
+def _root(square: Array) -> Array:
+    """Square root whose derivative at 0 is 0, not infinite times nothing."""
+    some = square > 0.0
+    return jnp.where(some, jnp.sqrt(jnp.where(some, square, 1.0)), 0.0 * square)
 
 
 def _is_maximum(y: Array) -> Array:
@@ -239,7 +247,7 @@ def closed_rms(response: FreeResponse, window: Window) -> Array:
         window: its beginning, not below 0, and its end [s].
 
     Returns:
-        The root mean square [unit of the sensor].
+        The root mean square [unit of the sensor]; its derivative is 0 where nothing moves.
 
     Raises:
         ValueError: for a window that begins before 0 or does not last.
@@ -254,7 +262,7 @@ def closed_rms(response: FreeResponse, window: Window) -> Array:
         )
     start = response.start if begin == 0 else transition(response.a, begin) @ response.start
     later = FreeResponse(response.a, start, response.row)
-    return jnp.sqrt(energy(later, end - begin) / (end - begin))
+    return _root(energy(later, end - begin) / (end - begin))
 
 
 def modal_decrement(response: FreeResponse) -> Array:

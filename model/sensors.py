@@ -183,8 +183,8 @@ def encoder(
     """
     listed = (_effect("sensor_delay", delay), _effect("sensor_offset", offset))
     kept = tuple(effect for effect in listed if effect.strength != 0)
-    if not quantum >= 0:
-        raise _wrong("quantum", "a step of at least 0 rad", quantum)
+    if not (np.isfinite(quantum) and quantum >= 0):
+        raise _wrong("quantum", "a finite step of at least 0 rad", quantum)
     return Sensor(plain_sensor(port, name).name, port, kept, 1.0, _above("rate", rate), quantum)
 
 

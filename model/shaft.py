@@ -14,6 +14,11 @@ the root, which the shape does not follow, adds 1.0 to 1.7 % of force and at mos
 length at 4 EI/a^2, and 2.2 to 4.0 % and at most 1.8 % at 8 EI/a^2; tests/model/test_shaft.py.
 """
 
+LARGEST_TILT = 0.6
+"""Angle of the grip against the collet up to which the bend is found, see `bend_of`: to 5e-9 of
+the length up to a bend of 0.5, to 6e-6 at 0.6. At 0.8 rad it is 3 % off there. A sleeve as soft as
+60 kN/m tilts by about as many radians as the shaft bends meters [rad]."""
+
 FORCE = (36 / 35, 1.21834242, 1.05142835, 3.73574929)
 """Force of a bend s, ``k s (1 + ...)``, as a series in (s/a)^2 [-]."""
 
@@ -122,7 +127,7 @@ def bend_of(lever: Any, across: Any, tilt: Any, loop: Loop = _repeated) -> Any:
         lever: length of the shaft a [m].
         across: head against the grip's centre, across the collet's axis [m].
         tilt: angle of the grip against the collet th, its cosine and sine by their series:
-            exact to 1e-11 up to half a radian, further than sleeves let a grip tilt [rad].
+            exact to 1e-11 up to half a radian, see `LARGEST_TILT` [rad].
         loop: what repeats a Newton step; ``jax.lax.fori_loop`` keeps a compiler from working the
             bend out anew for each of its users.
     """

@@ -13,12 +13,16 @@ from .lagrange import MODELS, REFRESH, WITH_SPRING, Acting, trace
 from .law import library
 from .quick import quickly
 from .radau import NODES
-from .shaft import LARGEST_BEND
+from .shaft import LARGEST_BEND, LARGEST_TILT
 
 FINISHED = "The swing was simulated."
 LEFT_SHAFT = (
     "The shaft bends by {bend:.2f} m: beyond {limit:.2f} m, {share:g} of its length, its force is "
     "no longer good; slow the swing, stiffen the shaft, or take these numbers for a first look."
+)
+LEFT_SLEEVE = (
+    "The grip tilts by {tilt:.2f} rad in the collet: beyond {limit:g} rad the place of the "
+    "clubhead is no longer good; stiffen the sleeve, or take these numbers for a first look."
 )
 NOT_CONVERGED = (
     "The stage equations did not converge (last change {change:.1e}): take shorter steps."
@@ -140,6 +144,9 @@ class Swing:
         largest = float(np.max(np.abs(self.bend)))
         if largest > self.most_bend:
             return LEFT_SHAFT.format(bend=largest, limit=self.most_bend, share=LARGEST_BEND)
+        tilt = float(np.max(np.abs(self.positions[:, 2])))
+        if tilt > LARGEST_TILT:
+            return LEFT_SLEEVE.format(tilt=tilt, limit=LARGEST_TILT)
         return FINISHED
 
 

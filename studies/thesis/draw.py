@@ -128,4 +128,5 @@ def _draw(figure: Figure, axes: Axes, panel: Panel) -> None:
     if panel.is_log:
         axes.set_xscale("log")
     if any(curve.label for curve in panel.curves):
-        axes.legend(loc="best")
+        on_color = panel.field is not None  # where black words alone would not be read
+        axes.legend(loc="best", frameon=on_color, facecolor="white", framealpha=0.9)

@@ -257,7 +257,8 @@ def _b17() -> tuple[Row, ...]:
                6300.0, limit, source, definition="bisected to 1 %",
                why="We find the limit a little higher, by exact arithmetic."),
         claim("b17_whatever", "beyond it no grip damping does it, whatever the shaft's damping",
-              f"shaft damping {', '.join(f'{c:g}: {told}' for c, told in cases.items())}"
+              ", ".join(f"{'some does' if does else 'none does'} with a shaft of {c:g} N s/m"
+                        for c, does in cases.items())
               + (f"; possible from {able[0][0]:.2f} N s/m on with Table 4's 50 %" if able else ""),
               not any(cases.values()) and not able, source,
               definition="grip of 130 kN/m, every grip damping, three shaft dampings",

@@ -15,12 +15,11 @@ from .draw import Curve, Panel
 from .excess import SWING as NAME, why_larger
 from .measured_swings import ask_bench, read_measured, require_swings, robot_feedback
 from .runs import rms
-from .swing_diagnosis import asked
+from .swing_diagnosis import BENCH, asked
 from .swing_runs import CHANNELS, COMPLIANT, PLANAR, RIGID, TURNED, Simulated, simulate
 from .table import Found, Listed, Row, answering, claim, number, show
 
 QUESTION = "Why are simulated full swings larger than measured ones (Figures 109 to 118)?"
-BENCH = "The swings are those of an independent bench, not the thesis's golfers'."
 SEEN = 8.0
 """Accelerations are drawn within this multiple of their RMS: a blow is far outside [-]."""
 

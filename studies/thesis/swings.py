@@ -81,13 +81,12 @@ def full_angles(times: np.ndarray, lag: float = 0.0) -> dict[str, np.ndarray]:
     return found
 
 
-def full_swing(duration: float, is_struck: bool = True, stretch: float = 1.0) -> Drive:
+def full_swing(duration: float, is_struck: bool = True) -> Drive:
     """A full swing as programmed, with a ball of 1 kN for 0.5 ms (line 1857) where struck.
 
     Args:
         duration: of the motion [s].
         is_struck: whether there is a ball.
-        stretch: how much slower it is [-].
 
     Returns:
         The drive of arm and wrist.
@@ -98,10 +97,10 @@ def full_swing(duration: float, is_struck: bool = True, stretch: float = 1.0) ->
 
     times = np.arange(round(2.8 / 0.02) + 1) * 0.02
     angles = full_angles(times)
-    drive = driven(duration, **{joint: (stretch * times, a) for joint, a in angles.items()})
+    drive = driven(duration, **{joint: (times, a) for joint, a in angles.items()})
     if not is_struck:
         return drive
-    return replace(impact("clubhead", -1000.0, stretch * IMPACT, 5e-4), joints=drive.joints)
+    return replace(impact("clubhead", -1000.0, IMPACT, 5e-4), joints=drive.joints)
 
 
 def fed_back(

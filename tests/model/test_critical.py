@@ -164,3 +164,9 @@ def test_what_cannot_be_searched_is_refused():
         check_aperiodic(np.zeros((2, 2)), np.eye(2), np.eye(2))
     with pytest.raises(ValueError, match="square ones"):
         check_aperiodic(np.eye(2), np.eye(3), np.eye(2))
+    for wild in (np.nan, np.inf):
+        with pytest.raises(ValueError, match=r"finite numbers, found .* Mend: "):
+            critical_damping(ROBOT, NUMBERS | {"shaft_stiffness": wild}, "sleeve_damping")
+    less = {name: value for name, value in NUMBERS.items() if name != "clubhead_mass"}
+    with pytest.raises(ValueError, match=r"found none for 'clubhead_mass'. Mend: "):
+        critical_damping(ROBOT, less, "sleeve_damping")

@@ -9,6 +9,7 @@ from supple.model.linear import Port
 from supple.model.planar_batch import respond_planar_batch
 from supple.model.planar_motion import respond_planar
 from supple.model.robot import INCLINATION, PRESETS, Robot
+from supple.model.shaft import LARGEST_TILT
 
 NUMBERS = PRESETS["robo_v_sleeve_50"] | {INCLINATION: 0.6}
 ROBOT = Robot("pinned_wrist", tuple(NUMBERS))
@@ -42,4 +43,12 @@ def test_a_shaft_that_bends_too_far_is_no_number():
     assert found.most_bends == pytest.approx([most, most])
     assert found.trusted.tolist() == [bool(b <= most) for b in found.bends]
     assert not found.trusted[0] and found.trusted[1]
+    assert np.all(np.isnan(found.samples[0])) and np.all(np.isfinite(found.samples[1]))
+
+
+def test_a_grip_that_tilts_too_far_is_no_number():
+    table = NUMBERS | {"sleeve_stiffness": np.array([100.0, 60e3])}
+    found = respond_planar_batch(ROBOT, table, release("clubhead", 0.6), TIMES, SENSORS)
+    assert found.tilts[0] > LARGEST_TILT > found.tilts[1] and found.bends[0] < 0.01
+    assert found.trusted.tolist() == [False, True]
     assert np.all(np.isnan(found.samples[0])) and np.all(np.isfinite(found.samples[1]))

@@ -454,6 +454,17 @@ def test_a_rig_gives_each_of_the_six_models_and_refuses_the_planar_one(tmp_path)
     assert isinstance(both, Robot) and both.model == "driven_arm"
 
 
+@pytest.mark.parametrize("length", [0.12, 0.25])
+def test_a_club_without_a_shaft_is_refused(tmp_path, length):
+    path = tmp_path / "rig.toml"
+    path.write_text(
+        '[rig]\nkind = "robot"\nmodel = "fixed_collet"\n[parameters]\n'
+        f"grip_length = 0.25\nclub_length = {length}\n"
+    )
+    with pytest.raises(ValueError, match=r"club_length: expected more than the grip's 0.25 m"):
+        mechanism_of(read_rig(path))
+
+
 def test_a_weight_needs_the_planar_fidelity(tmp_path):
     path = tmp_path / "rig.toml"
     text = '[rig]\nkind = "robot"\nmodel = "driven_arm"\nfidelity = "{}"\n[parameters]\n'
@@ -466,6 +477,11 @@ def test_a_weight_needs_the_planar_fidelity(tmp_path):
     path.write_text(text.format("planar") + "swing_plane_inclination = -0.1\n")
     with pytest.raises(ValueError, match="swing_plane_inclination"):
         read_rig(path)
+    path.write_text(text.format("planar") + "swing_plane_inclination = 90.0\n")
+    with pytest.raises(
+        ValueError, match=r"expected an angle from 0 to 1.5708 rad, found 90.* in rad"
+    ):
+        mechanism_of(read_rig(path), planar=True)
     path.write_text(
         '[rig]\nkind = "chain"\nfidelity = "planar"\n[masses.cart]\nmass = 1.0\n'
         '[links.spring]\nbetween = ["ground", "cart"]\nstiffness = 1.0\n'

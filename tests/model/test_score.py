@@ -208,6 +208,32 @@ def test_where_nothing_swings_there_is_no_decrement_and_no_settling():
 
 
 @pytest.mark.parametrize("name", list(SCORES))
+@pytest.mark.parametrize("at", [0, 700, 2000])
+def test_what_is_no_number_has_no_score(name, at):
+    """Least of all the best one: a motion that ran away settles at once, if one only compares."""
+    samples = np.stack([free_samples(response(k, 9.0), 1e-3, 2001) for k in (100.0, 500.0)])
+    samples[0, at] = np.nan
+    found = np.asarray(SCORES[name](samples, TIMES))
+    assert np.isnan(found[0]) and np.isfinite(found[1])
+    assert found[1] == SCORES[name](samples[1], TIMES)
+
+
+def test_scores_of_nothing_have_no_slope():
+    """The first step of a search may start where nothing moves yet."""
+    still = jnp.zeros(len(TIMES))
+    for each in (rms, peak, settling):
+        slope = jax.grad(lambda y, score=each: score(y, TIMES))(still)
+        assert np.all(np.isfinite(slope))
+
+    def closed(start: float) -> jax.Array:
+        moved = response(100.0, 9.0)
+        return closed_rms(FreeResponse(moved.a, start * moved.start, moved.row), (0.1, 0.8))
+
+    assert float(closed(0.0)) == 0.0 and float(jax.grad(closed)(0.0)) == 0.0
+    assert float(jax.grad(closed)(1.0)) == pytest.approx(float(closed(1.0)), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", list(SCORES))
 def test_designs_lead_and_each_scores_alone(name):
     samples = np.stack([free_samples(response(k, 9.0), 1e-3, 2001) for k in (100.0, 500.0)])
     together = SCORES[name](samples[:, None], TIMES, (0.0, 1.5))

@@ -243,6 +243,7 @@ def test_what_cannot_be_is_refused(name):
         lambda: strain_gauge(HEAD, calibration=0.0),
         lambda: encoder(HEAD, rate=-250.0),
         lambda: encoder(HEAD, quantum=-1.0),
+        lambda: encoder(HEAD, quantum=np.inf),
     ],
 )
 def test_numbers_that_cannot_be_are_refused(make):

@@ -145,6 +145,21 @@ def test_the_bend_is_found_again_whatever_the_grip_s_angle(share, tilt):
     assert head.along == pytest.approx(along, abs=2e-11)
 
 
+def test_the_bend_is_found_up_to_the_largest_tilt_and_lost_beyond():
+    def off(share: float, tilt: float) -> float:
+        bend = share * LEVER
+        across = (LEVER - shaft.shortening(LEVER, bend)[0]) * np.sin(tilt) + bend * np.cos(tilt)
+        return abs(shaft.bend_of(LEVER, across, tilt) - bend) / LEVER
+
+    def worst(most_bend: float, tilt: float) -> float:
+        shares = np.linspace(-most_bend, most_bend, 25)
+        return max(off(share, sign * tilt) for share in shares for sign in (-1, 1))
+
+    assert worst(0.5, shaft.LARGEST_TILT) < 5e-9
+    assert worst(shaft.LARGEST_BEND, shaft.LARGEST_TILT) < 6e-6
+    assert worst(shaft.LARGEST_BEND, 0.7) > 5e-4 and worst(shaft.LARGEST_BEND, 0.8) > 0.03
+
+
 @given(SHARES, TILTS, st.lists(st.floats(-3, 3), min_size=4, max_size=4))
 def test_the_head_moves_as_its_place_says(share, tilt, moves):
     """Rates and acceleration against those of the place by jax, along a curve in time."""

@@ -15,6 +15,7 @@ from supple.model import planar, swing as swings_of
 from supple.model.lagrange import trace
 from supple.model.linear import state_space
 from supple.model.robot import PRESETS, Robot
+from supple.model.shaft import LARGEST_TILT
 from supple.model.swing import Signals, signals_of, swing, swings
 
 NUMBERS = PRESETS["robo_v_sleeve_50"]
@@ -182,6 +183,9 @@ def test_what_cannot_be_trusted_is_said():
     assert "beyond 0.58 m, 0.6 of its length" in found.status
     stiffer = swing("passive_wrist", NUMBERS, hard)
     assert 0.15 < np.abs(stiffer.bend).max() and stiffer.status == swings_of.FINISHED
+    loose = swing("passive_wrist", NUMBERS | {"sleeve_stiffness": 100.0}, hard)
+    assert np.abs(loose.positions[:, 2]).max() > LARGEST_TILT
+    assert "The grip tilts by" in loose.status and "beyond 0.6 rad" in loose.status
     gentle = swing("passive_wrist", NUMBERS, signals_of(TIMES, arm=half_turn(TIMES, 0.8, 0.5)))
     assert gentle.status == swings_of.FINISHED
     pushed = NUMBERS | {"shaft_damping": -20.0}

@@ -159,7 +159,10 @@ def test_without_the_bench_the_study_says_so_and_answers(monkeypatch, tmp_path):
     result = study_named("thesis/full_swings").run(Call(tmp_path))
     said = "The six measured swings are left out: expected the bench at X, found none."
     assert any(note.startswith(said) for note in result["notes"])
-    assert [row["key"] for row in result["rows"]] == ["larger", "wrist", "grip"]
+    assert "Planar model: The motion was simulated." in result["notes"], "at the swing's own speed"
+    assert [row["key"] for row in result["rows"]] == ["larger", "wrist", "grip", "stiffens"]
+    turning = result["rows"][-1]
+    assert turning["verdict"] == NOT and 5.5 < turning["ours"] < 6.5
     assert "swings" not in result
 
 
