@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import expit, log_ndtr, ndtr, ndtri
 
+from .descent import spring_pairs
 from .likelihood import LogPosterior
 from .unknowns import Unknown
 
@@ -48,17 +49,8 @@ class Compliances:
     @cached_property
     def pairs(self) -> tuple[tuple[int, int | None], ...]:
         """Every positive constant stiffness, with its damping where that is unknown too."""
-        labels = [unknown.label for unknown in self.density.unknowns]
-        found = []
-        for index, unknown in enumerate(self.density.unknowns):
-            if "stiffness" not in unknown.label or not _positive(unknown):
-                continue
-            partner = unknown.label.replace("stiffness", "damping")
-            other = labels.index(partner) if partner in labels else None
-            if other is not None and not _positive(self.density.unknowns[other]):
-                other = None
-            found.append((index, other))
-        return tuple(found)
+        unknowns = self.density.unknowns
+        return spring_pairs([one.label for one in unknowns], [_positive(one) for one in unknowns])
 
     @cached_property
     def leads(self) -> tuple[int, ...]:

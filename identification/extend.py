@@ -171,7 +171,8 @@ def held_out(fit: Fit, problem: Problem) -> HeldOut:
     problem = replace(problem, widths=fit.problem.widths, scales=fit.problem.scales)
     shared = {e.name: (e, fit.value(i)) for i, e in enumerate(fit.model.entries) if not e.record}
     own = [e for e in base_entries(problem) if e.name not in shared]
-    own = [_at_typical(e, fit) for e in own]
+    driven = {p.name for p in problem.records if not p.free}
+    own = [_at_typical(e, fit, e.record in driven) for e in own]
     entries = tuple(own)
     fixed = tuple(shared.values())
     model = Model(problem, entries, fit.model.causes, rough_noise(problem), fixed=fixed)
@@ -210,11 +211,11 @@ def _told_motions(fit: Fit) -> Fit:
     return fit
 
 
-def _at_typical(entry: Entry, fit: Fit) -> Entry:
-    """What was learned of the like on fitted records: numbers start there; zeros are bound to it.
+def _at_typical(entry: Entry, fit: Fit, driven: bool) -> Entry:
+    """What was learned of the like on fitted records: numbers start there; the rest is bound to it.
 
-    The opening of a driven record tells little of a channel's zero; other records of the same
-    channel tell it well.
+    The opening of a `driven` record tells little of a channel's zero; other records of the same
+    channel tell it well. An instrument keeps its gain and its delay whatever it sees.
     """
     which = [i for i, e in enumerate(fit.model.entries) if e.name == entry.name]
     if not which:
@@ -223,8 +224,7 @@ def _at_typical(entry: Entry, fit: Fit) -> Entry:
     typical = float(np.median(values))
     if entry.slot == "numbers" and entry.prior == np.inf:
         return entry.at(typical)
-    driven = all(not p.free for p in fit.problem.records)
-    if entry.slot in ("offset", "gain", "delay") and driven:
+    if entry.slot in ("gain", "delay") or (entry.slot == "offset" and driven):
         spread = max(float(np.ptp(values)), 3.0 * max(fit.std(i) for i in which))
         return replace(entry, value=typical, center=typical, prior=min(spread, entry.prior))
     return entry

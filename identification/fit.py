@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, cast
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from .allowance import Allowance, Used, joined, used
+from .descent import descend, spring_pairs
 from .drive_error import drive_allowances
+from .errors import with_errors
 from .guess import first_guess
 from .lever import lever_allowances
 from .motions import with_scales
@@ -137,18 +137,10 @@ def solve(model: Model, start: np.ndarray, evaluations: int = 40) -> Fit:
     inside = np.clip(start, low, high)
     if len(inside) == 0 or evaluations == 0:
         return _finish(model, inside, True)
-    run = least_squares(
-        model.residual,
-        inside,
-        cast(Any, model.jacobian),  # scipy's own types know only names of methods here
-        bounds=(low, high),
-        x_scale="jac",
-        ftol=1e-7,
-        xtol=1e-9,
-        gtol=1e-12,
-        max_nfev=evaluations,
-    )
-    return _finish(model, run.x, run.status > 0)
+    positive = [e.slot == "numbers" and e.low >= 0.0 for e in model.entries]
+    pairs = spring_pairs([entry.label for entry in model.entries], positive)
+    run = descend(model.residual, model.jacobian, inside, (low, high), pairs, evaluations)
+    return _finish(model, run.x, run.converged)
 
 
 def _finish(model: Model, x: np.ndarray, converged: bool) -> Fit:
@@ -194,82 +186,6 @@ def learn_noise(fit: Fit) -> dict[Key, Noise]:
             noise = floor[key]
         found[key] = noise
     return found
-
-
-BLIND = 1e-13
-"""Information on a direction, relative to that on its single numbers, that counts as none [-]."""
-
-
-def with_errors(fit: Fit) -> Fit:
-    """The fit with its covariance; where misfit is left, errors grow by its own spectrum.
-
-    Source: sandwich covariance, White 1982, doi:10.2307/1912526, with the smoothed spectrum of
-    the whitened residual; tests/identification/test_fit.py.
-    """
-    model, x = fit.model, fit.x
-    if len(x) == 0:
-        return fit
-    jacobian = model.jacobian(x)
-    hessian = jacobian.T @ jacobian
-    # a direction that no record tells gets a huge variance; a bare pseudo-inverse would say zero
-    ridge = BLIND * np.diag(np.diag(hessian))
-    inverse = np.linalg.pinv(hessian + ridge, rcond=1e-15, hermitian=True)
-    residual = model.residual(x)
-    middle, low = ridge.copy(), 0
-    for prepared in model.problem.records:
-        for sensor in prepared.sensors:
-            high = low + len(sensor.values)
-            part = jacobian[low:high]
-            ratio = fit.misfits[prepared.name, sensor.channel.name]
-            honest = ratio.p_value > 1e-3
-            middle += part.T @ part if honest else _coloured(part, residual[low:high])
-            low = high
-    middle += jacobian[low:].T @ jacobian[low:]
-    covariance = inverse @ middle @ inverse
-    honest = all(misfit.p_value > 1e-3 for misfit in fit.misfits.values())
-    if not honest and len(model.problem.records) > 2:
-        covariance = _scattered(model, covariance, inverse, jacobian, residual)
-    return replace(fit, covariance=covariance)
-
-
-def _scattered(
-    model: Model,
-    covariance: np.ndarray,
-    inverse: np.ndarray,
-    jacobian: np.ndarray,
-    residual: np.ndarray,
-) -> np.ndarray:
-    """Errors of shared numbers grow to the scatter from record to record, where that is larger.
-
-    Source: cluster-robust covariance, Liang and Zeger 1986, doi:10.1093/biomet/73.1.13.
-    """
-    scores, low = [], 0
-    for prepared in model.problem.records:
-        high = low + sum(len(sensor.values) for sensor in prepared.sensors)
-        scores.append(jacobian[low:high].T @ residual[low:high])
-        low = high
-    count = len(scores)
-    table = np.array(scores)
-    spread = inverse @ (table.T @ table) @ inverse * count / (count - 1)
-    shared = np.array([entry.record is None for entry in model.entries])
-    ratio = np.diag(spread) / np.maximum(np.diag(covariance), 1e-300)
-    grow = np.sqrt(np.where(shared, np.maximum(ratio, 1.0), 1.0))
-    return covariance * grow[:, None] * grow[None, :]
-
-
-def _coloured(jacobian: np.ndarray, white: np.ndarray) -> np.ndarray:
-    """Variance of the score when the whitened residual keeps a spectrum of its own."""
-    count = len(white)
-    power = np.abs(np.fft.rfft(white)) ** 2 / count
-    width = max(3, int(np.sqrt(count) / 4)) | 1
-    power = np.maximum(1.0, np.convolve(power, np.ones(width) / width, mode="same"))
-    columns = np.fft.rfft(jacobian, axis=0)
-    twice = np.full(len(power), 2.0)
-    twice[0] = 1.0
-    if count % 2 == 0:
-        twice[-1] = 1.0
-    weighted = columns * (power * twice)[:, None]
-    return np.real(columns.conj().T @ weighted) / count
 
 
 HORIZONS = (3.0, 10.0, 40.0, np.inf)

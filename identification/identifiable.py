@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from .errors import BLIND
 from .evidence import on_bounds
-from .fit import BLIND, Fit
+from .fit import Fit
 
 COUPLED = 0.98
 """Correlation beyond which two numbers are told only together [-]."""
@@ -116,6 +117,8 @@ def words_of(
             error = float(alone[i]) / size_of if alone is not None else 0.0
             much = f"of {100 * error:.0f} %" if error < 1 else "beyond itself"
             one = _one("flat", f"is hardly visible: an error {much} even with all others known")
+        elif label in bound and std > 0.5 * abs(float(values[i] - starts[i])) > 0.0:
+            one = _one("flat", "is hardly visible: its bound will do as well as its first value")
         elif label in bound:
             one = _one("one_sided", "stands on its bound")
         elif std == 0 or not np.isfinite(std):

@@ -15,7 +15,8 @@ from ..model.energies import damping_matrix, mass_matrix, stiffness_matrix
 from ..model.linear import Mechanism
 from ..model.mechanism import mechanism_of
 from ..model.rig import Rig
-from .fit import BLIND, CONVERGED, STOPPED, Fit
+from .errors import BLIND
+from .fit import CONVERGED, STOPPED, Fit
 from .identifiable import information_root, words_of
 from .modal_table import MeasuredMode, ModalTable
 from .verdict import NORMAL_95, amount

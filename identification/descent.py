@@ -1,0 +1,315 @@
+"""Least squares along bent valleys: steps that curve, in coordinates in which springs add up.
+
+Constants of springs in a row trade off: what records tell is a sum of compliances and of losses.
+In stiffness and damping that sum is a bent valley, along which straight steps are short and may
+end in a side valley.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+Pair = tuple[int, int | None]
+
+BEND = 0.75
+"""Largest length of a step's correction for its bend, as a share of half the step [-]: beyond it
+the series of which it is the second term says nothing. Transtrum and Sethna 2012."""
+
+PROBE = 0.1
+"""How far along a step its bend is looked at, as a share of it [-]."""
+
+STRAIGHT = 0.02
+"""Bend of the last step below which the next one's is not looked for [-]."""
+
+SHORTEST = 1e-3
+"""Share of its length to which a step that bends too much is shortened at once, at most [-]."""
+
+LEAST_INFORMATION = 1e-12
+"""Information on a direction, relative to the best told one, that is not gone below [-]."""
+
+SOFT = 0.1
+"""Share of its natural size below which a spring is told by its stiffness again [-]."""
+
+STALLED = 1e-9
+"""Length of a step beside that of the unknowns at which a descent ends [-]."""
+
+
+@dataclass(frozen=True)
+class Descent:
+    """Where a descent ended.
+
+    Attributes:
+        x: the unknowns, shape (d,) [-].
+        converged: whether nothing was left to gain, rather than patience.
+        evaluations: steps that were tried [-].
+    """
+
+    x: np.ndarray
+    converged: bool
+    evaluations: int
+
+
+def spring_pairs(labels: Sequence[str], positive: Sequence[bool]) -> tuple[Pair, ...]:
+    """Every positive stiffness among `labels`, with its damping where that is there and positive.
+
+    Args:
+        labels: names of the unknowns.
+        positive: whether each is a constant that cannot be negative.
+
+    Returns:
+        Indices (stiffness, damping or None).
+    """
+    found = []
+    for index, label in enumerate(labels):
+        if "stiffness" not in label or not positive[index]:
+            continue
+        partner = label.replace("stiffness", "damping")
+        other = labels.index(partner) if partner in labels else None
+        found.append((index, other if other is not None and positive[other] else None))
+    return tuple(found)
+
+
+def descend(
+    residual: Callable[[np.ndarray], np.ndarray],
+    jacobian: Callable[[np.ndarray], np.ndarray],
+    start: np.ndarray,
+    bounds: tuple[np.ndarray, np.ndarray],
+    pairs: Sequence[Pair] = (),
+    evaluations: int = 40,
+    tolerance: float = 1e-7,
+) -> Descent:
+    """Minimise a sum of squares within bounds from one start.
+
+    Args:
+        residual: of unknowns, shape (d,) -> (n,) [-].
+        jacobian: its derivative, shape (d,) -> (n, d) [-].
+        start: first unknowns, within the bounds, shape (d,) [-].
+        bounds: lower and upper ones, shapes (d,) [-].
+        pairs: springs, as of `spring_pairs`; they are walked in compliance and loss.
+        evaluations: the most steps that are tried.
+        tolerance: share of the sum of squares that is not worth a step [-].
+
+    Returns:
+        The descent; `converged` is false where `evaluations` ended it.
+
+    Source: geodesic acceleration in a trust region, Transtrum and Sethna 2012, arXiv:1201.5885;
+    tests/identification/test_descent.py.
+    """
+    low, high = bounds
+    x = np.clip(start, low, high)
+    here = residual(x)
+    cost, tried, probed = float(here @ here), 1, 0
+    near, radius, bend = None, np.inf, np.inf
+    while tried < evaluations:
+        if near is None:
+            near = _Near(x, here, jacobian(x), low, high, tuple(pairs))
+            radius = near.reach if np.isinf(radius) else radius
+        step = near.step(radius)
+        if step.promise <= 1e-3 * tolerance * cost or step.length <= STALLED * near.reach:
+            return Descent(x, True, tried)
+        turn = np.zeros_like(step.along)
+        if bend > STRAIGHT:
+            turn = near.turn(step, residual(near.at(PROBE * step.along)))
+            bend = 2.0 * near.length(turn) / step.length
+            if bend > BEND:  # it grows with the step's length
+                probed += 1
+                if probed > evaluations:
+                    break
+                radius = step.length * max(0.9 * BEND / bend, SHORTEST)
+                continue
+        moved = near.at(step.along + 0.5 * turn)
+        there = residual(moved)
+        tried += 1
+        reached = float(there @ there)
+        if not reached < cost:
+            if step.promise <= tolerance * cost:
+                return Descent(x, True, tried)
+            radius, bend = 0.25 * step.length, np.inf
+            continue
+        gain, x, here, cost, near = cost - reached, moved, there, reached, None
+        if gain <= tolerance * cost and step.whole:
+            return Descent(x, True, tried)
+        kept = gain / step.promise
+        bend = bend if kept > 0.5 else np.inf
+        wider = 3.0 if bend <= STRAIGHT else float(np.clip(0.75 * BEND / bend, 0.25, 3.0))
+        radius = max(radius, wider * step.length) if kept > 0.5 else step.length * min(wider, 1.0)
+    return Descent(x, False, tried)
+
+
+@dataclass(frozen=True, eq=False)
+class _Step:
+    """A step in local coordinates.
+
+    `along` (d,), `length` in units of what is seen, `promise` the fall of the sum of squares if
+    nothing bent, `damping` of the system, and whether it is `whole`: no radius shortened it.
+    """
+
+    along: np.ndarray
+    length: float
+    promise: float
+    damping: float
+    whole: bool
+    open_: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _Near:
+    """A sum of squares near one point, in coordinates of that point."""
+
+    x: np.ndarray
+    here: np.ndarray
+    rates: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    pairs: tuple[Pair, ...]
+
+    @cached_property
+    def springs(self) -> tuple[Pair, ...]:
+        """Pairs that are told by compliance and loss here; a damping on its bound stays itself.
+
+        Only a bound of no damping is one of the loss too.
+        """
+        found = []
+        for k, c in self.pairs:
+            if c is not None and not (self.x[c] < self.high[c] and self.low[c] == 0.0):
+                c = None
+            if self.x[k] > SOFT:
+                found.append((k, c))
+        return tuple(found)
+
+    def at(self, along: np.ndarray) -> np.ndarray:
+        """Unknowns a step away, kept inside their bounds, shape (d,) [-]."""
+        x = self.x + along
+        for k, c in self.springs:
+            softer = max(1.0 + along[k] * self.x[k], 1e-3)  # compliance beside that of here
+            x[k] = self.x[k] / softer
+            if c is not None:
+                loss = self.x[c] / self.x[k] ** 2 + along[c]
+                x[c] = loss * np.clip(x[k], self.low[k], self.high[k]) ** 2
+        return np.clip(x, self.low, self.high)
+
+    @cached_property
+    def slope(self) -> np.ndarray:
+        """Derivative of the residual by the local coordinates, shape (n, d) [-]."""
+        found = self.rates.copy()
+        for k, c in self.springs:
+            square = self.x[k] ** 2
+            found[:, k] = -square * self.rates[:, k]
+            if c is not None:
+                found[:, k] -= 2.0 * self.x[c] * self.x[k] * self.rates[:, c]
+                found[:, c] = square * self.rates[:, c]
+        return found
+
+    @cached_property
+    def size(self) -> np.ndarray:
+        """How much of what is seen a unit of each coordinate moves, shape (d,) [-]."""
+        found = np.sqrt(np.sum(self.slope**2, axis=0))
+        return np.where(found > 0, found, 1.0)
+
+    @cached_property
+    def reach(self) -> float:
+        """Length of the unknowns themselves [-]; of a first step, if they are all zero, one."""
+        place = self.x.copy()
+        for k, c in self.springs:
+            place[k] = 1.0 / self.x[k]
+            if c is not None:
+                place[c] = self.x[c] / self.x[k] ** 2
+        return self.length(place) or 1.0
+
+    def length(self, along: np.ndarray) -> float:
+        """Length of a step in units of what is seen [-]."""
+        return float(np.linalg.norm(self.size * along))
+
+    @cached_property
+    def gradient(self) -> np.ndarray:
+        """Half the derivative of the sum of squares, shape (d,) [-]."""
+        return self.slope.T @ self.here
+
+    @cached_property
+    def curvature(self) -> np.ndarray:
+        """Half its second derivative if nothing bent, shape (d, d) [-]."""
+        return self.slope.T @ self.slope
+
+    @cached_property
+    def ends(self) -> tuple[np.ndarray, np.ndarray]:
+        """How far each coordinate may go down and up, shapes (d,) [-]."""
+        down, up = self.low - self.x, self.high - self.x
+        for k, c in self.springs:
+            with np.errstate(divide="ignore"):
+                down[k] = 1.0 / self.high[k] - 1.0 / self.x[k]
+                up[k] = (1.0 / self.low[k] if self.low[k] > 0 else np.inf) - 1.0 / self.x[k]
+            if c is not None:
+                down[c], up[c] = down[c] / self.x[k] ** 2, up[c] / self.x[k] ** 2
+        return down, up
+
+    def step(self, radius: float) -> _Step:
+        """The best step no longer than a radius; what would leave its bounds stops at them."""
+        down, up = self.ends
+        pushed = np.where(self.gradient > 0, down >= 0, up <= 0)
+        along = np.zeros_like(self.x)
+        open_ = np.flatnonzero(~pushed)
+        damping, whole = 0.0, True
+        for _ in range(len(self.x)):
+            stopped = np.setdiff1d(np.arange(len(self.x)), open_)
+            pull = self.gradient + self.curvature[:, stopped] @ along[stopped]
+            left = np.sqrt(max(radius**2 - self.length_of(along, stopped) ** 2, 0.0))
+            damping, whole = self._damping(open_, pull, max(left, 0.1 * radius))
+            along[open_] = self._solve(open_, damping, -pull)
+            out = open_[(along[open_] < down[open_]) | (along[open_] > up[open_])]
+            if not len(out):
+                break
+            along[out] = np.clip(along[out], down[out], up[out])
+            open_ = np.setdiff1d(open_, out)
+        promise = -float(2.0 * self.gradient @ along + along @ self.curvature @ along)
+        return _Step(along, self.length(along), promise, damping, whole, open_)
+
+    def length_of(self, along: np.ndarray, which: np.ndarray) -> float:
+        """Length of some components of a step [-]."""
+        return float(np.linalg.norm((self.size * along)[which]))
+
+    def turn(self, step: _Step, probe: np.ndarray) -> np.ndarray:
+        """Second derivative of the path that a step begins, from what is seen a bit along it."""
+        bent = 2.0 / PROBE * ((probe - self.here) / PROBE - self.slope @ step.along)
+        found = np.zeros_like(step.along)
+        found[step.open_] = self._solve(step.open_, step.damping, -(self.slope.T @ bent))
+        return found
+
+    def _parts(self, open_: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Eigenvalues and eigenvectors of the curvature of some coordinates, scaled [-]."""
+        key = open_.tobytes()
+        if key not in self._known:
+            size = self.size[open_]
+            values, vectors = np.linalg.eigh(
+                self.curvature[np.ix_(open_, open_)] / np.outer(size, size)
+            )
+            least = LEAST_INFORMATION * max(float(values[-1]) if len(values) else 1.0, 1e-300)
+            self._known[key] = np.maximum(values, least), vectors
+        return self._known[key]
+
+    @cached_property
+    def _known(self) -> dict[bytes, tuple[np.ndarray, np.ndarray]]:
+        return {}
+
+    def _solve(self, open_: np.ndarray, damping: float, pull: np.ndarray) -> np.ndarray:
+        values, vectors = self._parts(open_)
+        size = self.size[open_]
+        return vectors @ ((vectors.T @ (pull[open_] / size)) / (values + damping)) / size
+
+    def _damping(self, open_: np.ndarray, pull: np.ndarray, radius: float) -> tuple[float, bool]:
+        """Damping that makes a step as long as the radius, and whether none is needed."""
+        if not len(open_):
+            return 0.0, True
+        values, vectors = self._parts(open_)
+        parts = vectors.T @ (pull[open_] / self.size[open_])
+        if np.linalg.norm(parts / values) <= radius:
+            return 0.0, True
+        least, most = np.log(1e-3 * values[0]), np.log(np.linalg.norm(parts) / radius)
+        for _ in range(60):
+            middle = 0.5 * (least + most)
+            long = np.linalg.norm(parts / (values + np.exp(middle))) > radius
+            least, most = (middle, most) if long else (least, middle)
+        return float(np.exp(most)), False
