@@ -8,25 +8,24 @@ end in a side valley.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 Pair = tuple[int, int | None]
 
-BEND = 0.75
+BEND = 1.0
 """Largest length of a step's correction for its bend, as a share of half the step [-]: beyond it
 the series of which it is the second term says nothing. Transtrum and Sethna 2012."""
 
-PROBE = 0.1
-"""How far along a step its bend is looked at, as a share of it [-]."""
+KEPT = 0.75
+"""Share of what a step promises that it must keep, or its bend is looked at [-]."""
 
-STRAIGHT = 0.02
-"""Bend of the last step below which the next one's is not looked for [-]."""
-
-SHORTEST = 1e-3
-"""Share of its length to which a step that bends too much is shortened at once, at most [-]."""
+SHORTER = 0.25
+"""Share of a step's length that is tried after it led upwards, and share of what it promises
+below which the next one is shorter [-]."""
 
 LEAST_INFORMATION = 1e-12
 """Information on a direction, relative to the best told one, that is not gone below [-]."""
@@ -102,41 +101,39 @@ def descend(
     low, high = bounds
     x = np.clip(start, low, high)
     here = residual(x)
-    cost, tried, probed = float(here @ here), 1, 0
-    near, radius, bend = None, np.inf, np.inf
+    cost, tried = float(here @ here), 1
+    near, radius = None, np.inf
     while tried < evaluations:
         if near is None:
             near = _Near(x, here, jacobian(x), low, high, tuple(pairs))
             radius = near.reach if np.isinf(radius) else radius
-        step = near.step(radius)
+        near, step = near.step(radius)
         if step.promise <= 1e-3 * tolerance * cost or step.length <= STALLED * near.reach:
             return Descent(x, True, tried)
-        turn = np.zeros_like(step.along)
-        if bend > STRAIGHT:
-            turn = near.turn(step, residual(near.at(PROBE * step.along)))
-            bend = 2.0 * near.length(turn) / step.length
-            if bend > BEND:  # it grows with the step's length
-                probed += 1
-                if probed > evaluations:
-                    break
-                radius = step.length * max(0.9 * BEND / bend, SHORTEST)
-                continue
-        moved = near.at(step.along + 0.5 * turn)
+        moved = near.at(step.along)
         there = residual(moved)
         tried += 1
         reached = float(there @ there)
+        if not cost - reached > KEPT * step.promise:
+            turn = near.turn(step, there)
+            if 2.0 * near.length(turn) <= BEND * step.length:
+                bent = near.at(step.along + 0.5 * turn)
+                seen = residual(bent)
+                if float(seen @ seen) < reached:
+                    moved, there, reached = bent, seen, float(seen @ seen)
         if not reached < cost:
-            if step.promise <= tolerance * cost:
+            if step.promise <= tolerance * cost and step.whole:
                 return Descent(x, True, tried)
-            radius, bend = 0.25 * step.length, np.inf
+            radius = SHORTER * step.length
             continue
         gain, x, here, cost, near = cost - reached, moved, there, reached, None
         if gain <= tolerance * cost and step.whole:
             return Descent(x, True, tried)
         kept = gain / step.promise
-        bend = bend if kept > 0.5 else np.inf
-        wider = 3.0 if bend <= STRAIGHT else float(np.clip(0.75 * BEND / bend, 0.25, 3.0))
-        radius = max(radius, wider * step.length) if kept > 0.5 else step.length * min(wider, 1.0)
+        if kept > KEPT:
+            radius = max(radius, 3.0 * step.length)
+        elif kept < SHORTER:
+            radius = 0.5 * step.length
     return Descent(x, False, tried)
 
 
@@ -246,34 +243,49 @@ class _Near:
                 down[c], up[c] = down[c] / self.x[k] ** 2, up[c] / self.x[k] ** 2
         return down, up
 
-    def step(self, radius: float) -> _Step:
-        """The best step no longer than a radius; what would leave its bounds stops at them."""
+    def step(self, radius: float) -> tuple[_Near, _Step]:
+        """The best step no longer than a radius; what would leave its bounds stops at them.
+
+        Returns:
+            The coordinates and the step in them: a damping that stops is told by itself, since
+            what stops is not its loss.
+        """
         down, up = self.ends
         pushed = np.where(self.gradient > 0, down >= 0, up <= 0)
-        along = np.zeros_like(self.x)
         open_ = np.flatnonzero(~pushed)
-        damping, whole = 0.0, True
-        for _ in range(len(self.x)):
-            stopped = np.setdiff1d(np.arange(len(self.x)), open_)
-            pull = self.gradient + self.curvature[:, stopped] @ along[stopped]
-            left = np.sqrt(max(radius**2 - self.length_of(along, stopped) ** 2, 0.0))
-            damping, whole = self._damping(open_, pull, max(left, 0.1 * radius))
-            along[open_] = self._solve(open_, damping, -pull)
-            out = open_[(along[open_] < down[open_]) | (along[open_] > up[open_])]
-            if not len(out):
-                break
-            along[out] = np.clip(along[out], down[out], up[out])
-            open_ = np.setdiff1d(open_, out)
+        along = np.zeros_like(self.x)
+        damping, whole = self._damping(open_, radius)
+        along[open_] = self._solve(open_, damping, -self.gradient)
+        out = (along < down) | (along > up)
+        if out.any():
+            along[open_] = self._bounded(open_, damping, down[open_], up[open_])
+            at_end = (along <= down) | (along >= up)
+            held = [c for _, c in self.springs if c is not None and at_end[c]]
+            held = [c for c in held if along[c] > 0 or self.low[c] > 0]
+            if held:
+                pairs = tuple((k, None if c in held else c) for k, c in self.pairs)
+                return replace(self, pairs=pairs).step(radius)
+            open_ = np.flatnonzero(~(pushed | at_end))
         promise = -float(2.0 * self.gradient @ along + along @ self.curvature @ along)
-        return _Step(along, self.length(along), promise, damping, whole, open_)
+        return self, _Step(along, self.length(along), promise, damping, whole, open_)
 
-    def length_of(self, along: np.ndarray, which: np.ndarray) -> float:
-        """Length of some components of a step [-]."""
-        return float(np.linalg.norm((self.size * along)[which]))
+    def _bounded(
+        self, open_: np.ndarray, damping: float, down: np.ndarray, up: np.ndarray
+    ) -> np.ndarray:
+        """The step of some coordinates at that damping between their ends, shape (open,)."""
+        values, vectors = self._parts(open_)
+        size, root = self.size[open_], np.sqrt(values + damping)
+        target = -(vectors.T @ (self.gradient[open_] / size)) / root
+        ends = size * down, np.maximum(size * up, size * down + 1e-300)
+        found = lsq_linear(root[:, None] * vectors.T, target, ends, method="bvls", tol=1e-12)
+        return np.clip(found.x / size, down, up)
 
-    def turn(self, step: _Step, probe: np.ndarray) -> np.ndarray:
-        """Second derivative of the path that a step begins, from what is seen a bit along it."""
-        bent = 2.0 / PROBE * ((probe - self.here) / PROBE - self.slope @ step.along)
+    def turn(self, step: _Step, seen: np.ndarray) -> np.ndarray:
+        """Second derivative of the path that a step begins, from the residual at its end.
+
+        Over the whole step, as dry friction is rough on small scales.
+        """
+        bent = 2.0 * (seen - self.here - self.slope @ step.along)
         found = np.zeros_like(step.along)
         found[step.open_] = self._solve(step.open_, step.damping, -(self.slope.T @ bent))
         return found
@@ -299,12 +311,12 @@ class _Near:
         size = self.size[open_]
         return vectors @ ((vectors.T @ (pull[open_] / size)) / (values + damping)) / size
 
-    def _damping(self, open_: np.ndarray, pull: np.ndarray, radius: float) -> tuple[float, bool]:
+    def _damping(self, open_: np.ndarray, radius: float) -> tuple[float, bool]:
         """Damping that makes a step as long as the radius, and whether none is needed."""
         if not len(open_):
             return 0.0, True
         values, vectors = self._parts(open_)
-        parts = vectors.T @ (pull[open_] / self.size[open_])
+        parts = vectors.T @ (self.gradient[open_] / self.size[open_])
         if np.linalg.norm(parts / values) <= radius:
             return 0.0, True
         least, most = np.log(1e-3 * values[0]), np.log(np.linalg.norm(parts) / radius)

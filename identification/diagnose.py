@@ -11,6 +11,7 @@ from ..model.rig import Rig
 from .evidence import SURE_SHARE, believable, delta_bic, excess, explained, on_bounds
 from .extend import HeldOut, extend, held_out, thinned, worst_ratio
 from .fit import DOMINATED, Fit, fit_base, solve
+from .form import within_form
 from .noise import ljung_box
 from .problem import Problem, make_problem
 from .records import Record, check_record_against_rig
@@ -57,9 +58,9 @@ UNSHOWN = 90.0
 """Fall of BIC that a law needs where no misfit shows [-]: an effect counts as detectable from ten
 units of noise on, which is 100 of the cost, and a number more costs about 10.
 
-Beyond it a strength is not zero whatever its standard deviation says: one that trades off with
-another constant has a wide one, and the records still refuse zero (Hauck and Donner 1977,
-doi:10.1080/01621459.1977.10479969)."""
+Beyond it, and where no misfit is left, a strength is not zero whatever its standard deviation
+says: one that trades off with another constant has a wide one, and the records still refuse zero
+(Hauck and Donner 1977, doi:10.1080/01621459.1977.10479969)."""
 
 MISFIT_SHOWN = 0.01
 """Chance of the worst channel's misfit under the noise, below which there is one [-]."""
@@ -287,8 +288,8 @@ class _Search:
             words = f"refused: it explains only {100 * share:.0f} % of the misfit beyond the noise"
             return replace(trial, verdict=words)
         index = fit.index(trial.candidate.entry.label)
-        held_by_std = abs(fit.value(index)) < 3.0 * fit.std(index)
-        if held_by_std and trial.delta_bic < UNSHOWN:
+        told = trial.delta_bic > UNSHOWN and misfit_chance(fit) > MISFIT_SHOWN
+        if abs(fit.value(index)) < 3.0 * fit.std(index) and not told:
             return replace(trial, verdict="refused: its interval holds zero")
         if trial.candidate.law.slot == "delay" and abs(fit.value(index)) < interval(trial):
             return replace(trial, verdict="refused: it is shorter than a sampling interval")
@@ -296,9 +297,9 @@ class _Search:
         if pushed and share < LEAST_SHARE:
             which = ", ".join(sorted(pushed))
             return replace(trial, verdict=f"refused: it only replaces {which}")
-        told, held = self._foretell(fit), self.held_now
-        trial = replace(trial, held=told)
-        if told is not None and held is not None and not _gains(held, told, shown):
+        unseen, held = self._foretell(fit), self.held_now
+        trial = replace(trial, held=unseen)
+        if unseen is not None and held is not None and not _gains(held, unseen, shown):
             return replace(trial, verdict=NO_GAIN)
         return replace(trial, verdict="accepted")
 
@@ -366,6 +367,7 @@ class _Search:
         share = explained(self.base, self.fit)
         if not self.accepted:
             bad = left > SMALL_EXCESS and misfit_chance(self.fit) < 1e-4
+            bad = bad and not within_form(self.fit)
             bad = bad or any(one.beyond for one in self.fit.used)
             status = "unknown" if bad else "adequate"
         elif left > SMALL_EXCESS and share < LEAST_SHARE:

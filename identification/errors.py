@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from .fit import Fit
-    from .problem import Model
+from .noise import Misfit
+from .problem import Key, Model
 
 BLIND = 1e-13
 """Information on a direction, relative to that on its single numbers, that counts as none [-]."""
@@ -18,11 +16,14 @@ BLIND = 1e-13
 MOST_LOOKS = 5
 """Places within a standard deviation of each other at which errors are looked at [-]."""
 
-WIDER = 2.0
+WIDER = 1.3
 """Factor by which errors elsewhere must be larger than those of the best place [-]."""
 
 TOLD = 0.02
 """Relative error of a constant below which its valley is too short to bend [-]."""
+
+SHOWN = 1e-3
+"""Chance of a channel's misfit under its noise below which it widens errors [-]."""
 
 STEPS = (1.0, 0.3, 0.1)
 """Steps to such a place, in standard deviations [-]: the longest that stays in the valley."""
@@ -31,33 +32,46 @@ WITHIN = 4.0
 """Rise of the sum of squares that is still within two standard deviations [-]."""
 
 
-def with_errors(fit: Fit) -> Fit:
-    """The fit with its covariance; where misfit is left, errors grow by its own spectrum.
+def covariance_of(
+    model: Model, best: np.ndarray, cost: float, misfits: Mapping[Key, Misfit]
+) -> np.ndarray:
+    """Covariance of a fit's unknowns; where misfit is left, errors grow by its own spectrum.
 
     Where two constants trade off along a bent valley, one place may look sharp although the
     records do not object to its neighbours: errors are those of the widest place that is reached
     within a standard deviation at a time.
 
+    Args:
+        model: what was fitted.
+        best: scaled unknowns, shape (d,) [-].
+        cost: sum of squares there [-].
+        misfits: of each (record, channel).
+
+    Returns:
+        Shape (d, d) [-].
+
     Source: sandwich covariance, White 1982, doi:10.2307/1912526, with the smoothed spectrum of
     the whitened residual; tests/identification/test_fit.py, test_identifiable.py.
     """
-    if len(fit.x) == 0:
-        return fit
-    covariance, x = _errors_at(fit, fit.x), fit.x
-    unit = max([1.0, *(m.ratio for m in fit.misfits.values() if m.p_value < 1e-3)])
+    x, covariance = best, covariance_at(model, best, misfits)
+    unit = max([1.0, *(m.ratio for m in misfits.values() if m.p_value < SHOWN)])
     for _ in range(MOST_LOOKS):
-        found = _wider(fit, x, covariance, unit)
+        found = _wider(model, x, covariance, cost + WITHIN * unit, misfits)
         if found is None:
             break
         x, covariance = found
-    return replace(fit, covariance=covariance)
+    return covariance
 
 
 def _wider(
-    fit: Fit, x: np.ndarray, covariance: np.ndarray, unit: float
+    model: Model,
+    x: np.ndarray,
+    covariance: np.ndarray,
+    most: float,
+    misfits: Mapping[Key, Misfit],
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """A place a standard deviation away along the least known constant with far larger errors."""
-    entries = fit.model.entries
+    entries = model.entries
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     kind = [entry.slot == "numbers" and not entry.nuisance for entry in entries]
     shares = np.where(kind, std / np.maximum(np.abs(x), 1e-300), 0.0)
@@ -71,9 +85,9 @@ def _wider(
     for sign in (-1.0, 1.0):
         for share in STEPS:
             there = np.clip(x + sign * share * covariance[:, index] / std[index], low, high)
-            if float(np.sum(fit.model.residual(there) ** 2)) - fit.cost > WITHIN * unit:
+            if not float(np.sum(model.residual(there) ** 2)) <= most:
                 continue  # so far a bent valley is left
-            wide = _errors_at(fit, there)
+            wide = covariance_at(model, there, misfits)
             grown = float(np.sqrt(wide[index, index])) / std[index]
             if grown > (WIDER if best is None else best[0]):
                 best = grown, there, wide
@@ -81,9 +95,8 @@ def _wider(
     return best[1:] if best else None
 
 
-def _errors_at(fit: Fit, x: np.ndarray) -> np.ndarray:
+def covariance_at(model: Model, x: np.ndarray, misfits: Mapping[Key, Misfit]) -> np.ndarray:
     """Covariance of the scaled unknowns if the fit lay at `x`, shape (d, d) [-]."""
-    model = fit.model
     jacobian = model.jacobian(x)
     hessian = jacobian.T @ jacobian
     # a direction that no record tells gets a huge variance; a bare pseudo-inverse would say zero
@@ -95,13 +108,12 @@ def _errors_at(fit: Fit, x: np.ndarray) -> np.ndarray:
         for sensor in prepared.sensors:
             high = low + len(sensor.values)
             part = jacobian[low:high]
-            ratio = fit.misfits[prepared.name, sensor.channel.name]
-            honest = ratio.p_value > 1e-3
+            honest = misfits[prepared.name, sensor.channel.name].p_value > SHOWN
             middle += part.T @ part if honest else _coloured(part, residual[low:high])
             low = high
     middle += jacobian[low:].T @ jacobian[low:]
     covariance = inverse @ middle @ inverse
-    honest = all(misfit.p_value > 1e-3 for misfit in fit.misfits.values())
+    honest = all(misfit.p_value > SHOWN for misfit in misfits.values())
     if not honest and len(model.problem.records) > 2:
         covariance = _scattered(model, covariance, inverse, jacobian, residual)
     return covariance

@@ -10,7 +10,7 @@ import numpy as np
 from .allowance import Allowance, joined
 from .drive_error import drive_allowances
 from .fit import DOMINATED, Fit, learn_noise, solve
-from .free import Entry
+from .free import Entry, own_shapes
 from .prepare import Prepared, coarser, shortened
 from .problem import Key, Model, Problem, base_entries, opening_model, rough_noise
 from .screen import Candidate
@@ -173,6 +173,7 @@ def held_out(fit: Fit, problem: Problem) -> HeldOut:
     own = [e for e in base_entries(problem) if e.name not in shared]
     driven = {p.name for p in problem.records if not p.free}
     own = [_at_typical(e, fit, e.record in driven) for e in own]
+    own += _own_of_laws(fit, problem)
     entries = tuple(own)
     fixed = tuple(shared.values())
     model = Model(problem, entries, fit.model.causes, rough_noise(problem), fixed=fixed)
@@ -193,6 +194,23 @@ def held_out(fit: Fit, problem: Problem) -> HeldOut:
             noises[key] = found.judged[key][0].marginal_std
             means[key] = float(np.mean(np.abs(gap)) / np.max(np.abs(sensor.values)))
     return HeldOut(found, errors, sizes, noises, means)
+
+
+def _own_of_laws(fit: Fit, problem: Problem) -> list[Entry]:
+    """Numbers of laws that every record has of its own, as the records' openings show them."""
+    found = []
+    for place, law in fit.model.causes:
+        at = [i for i, e in enumerate(fit.model.entries) if e.keys[:2] == (place, law.name)]
+        shared = {fit.model.entries[i].keys[-1]: fit.value(i) for i in at}
+        opened = {
+            p.name: (sensor.values[sensor.times <= p.opening], sensor.step)
+            for p in problem.records
+            for sensor in p.sensors
+            if sensor.channel.name == place
+        }
+        known = [shared[shape.symbol] for shape in law.shapes if shape.guess is None]
+        found += own_shapes(law, place, known, opened)
+    return found
 
 
 def _told_motions(fit: Fit) -> Fit:

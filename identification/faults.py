@@ -79,6 +79,7 @@ def faulty_readings(
     held: Sequence[tuple[Entry, float]],
     sensor: Sensor,
     driven: bool = False,
+    record: str | None = None,
 ) -> list[FaultyReading]:
     """The faults in force on one channel, in their order.
 
@@ -91,19 +92,25 @@ def faulty_readings(
         held: further entries with their values [SI].
         sensor: the channel.
         driven: whether a told motion moves its record.
+        record: the channel's; numbers that others have of their own do not count.
     """
     found = []
     known: dict[tuple[str, ...], tuple[float, int | None]] = {
-        entry.keys: (value, None) for entry, value in held if entry.slot == "fault"
+        entry.keys: (value, None)
+        for entry, value in held
+        if entry.slot == "fault" and entry.record in (None, record)
     }
     for index, entry in enumerate(entries):
-        if entry.slot == "fault":
+        if entry.slot == "fault" and entry.record in (None, record):
             known[entry.keys] = (values[index], index)
     for place, law in causes:
         if law.fault is None or not felt(place, law, sensor, driven):
             continue
-        symbols = ["", *(shape.symbol for shape in law.shapes)]
-        numbers = [known[place, law.name, symbol] for symbol in symbols]
+        numbers = [known[place, law.name, ""]]
+        for shape in law.shapes:
+            key = place, law.name, shape.symbol
+            # of a record that was never seen nobody knows its own numbers: 0 is as good as any
+            numbers.append(known[key] if shape.guess is None else known.get(key, (0.0, None)))
         found.append(
             FaultyReading(
                 law, law.fault, tuple(n[0] for n in numbers), tuple(n[1] for n in numbers)

@@ -11,7 +11,7 @@ import numpy as np
 from .allowance import Allowance, Used, joined, used
 from .descent import descend, spring_pairs
 from .drive_error import drive_allowances
-from .errors import with_errors
+from .errors import covariance_of
 from .guess import first_guess
 from .lever import lever_allowances
 from .motions import with_scales
@@ -186,6 +186,13 @@ def learn_noise(fit: Fit) -> dict[Key, Noise]:
             noise = floor[key]
         found[key] = noise
     return found
+
+
+def with_errors(fit: Fit) -> Fit:
+    """The fit with its covariance, see `covariance_of`."""
+    if len(fit.x) == 0:
+        return fit
+    return replace(fit, covariance=covariance_of(fit.model, fit.x, fit.cost, fit.misfits))
 
 
 HORIZONS = (3.0, 10.0, 40.0, np.inf)

@@ -254,7 +254,9 @@ SHAPE_REACH = 30.0
 def shape_entries(
     law: Law, place: str, values: Sequence[float], rotation: bool, channel_unit: str = ""
 ) -> list[Entry]:
-    """Entries of a law's further numbers, shared by all records [SI].
+    """Entries of a law's further numbers, shared by all records, of trial values [SI].
+
+    Those that every record has of its own are made by `own_shapes`.
 
     Args:
         law: with as many shapes as there are values.
@@ -277,6 +279,34 @@ def shape_entries(
             nuisance=False,
         )
         for shape, value in zip(law.shapes, values, strict=True)
+        if shape.guess is None
+    ]
+
+
+def own_shapes(
+    law: Law, place: str, shared: Sequence[float], residuals: Mapping[str, tuple[np.ndarray, float]]
+) -> list[Entry]:
+    """Entries of those numbers of a law that every record has of its own, as they look there [SI].
+
+    Args:
+        law: of a channel.
+        place: the channel.
+        shared: the law's numbers that records share, in their order [SI].
+        residuals: by record, what the channel shows beyond the model, shape (n,) [SI], and its
+            sampling interval [s].
+    """
+    return [
+        Entry(
+            f"{place}/{law.name}.{shape.symbol}",
+            law.slot or "strengths",
+            (place, law.name, shape.symbol),
+            record,
+            shape.guess(residual, step, tuple(shared)),
+            unit=shape.unit(False),
+        )
+        for shape in law.shapes
+        if shape.guess is not None
+        for record, (residual, step) in residuals.items()
     ]
 
 

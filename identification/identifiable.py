@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from .errors import BLIND
+from .errors import BLIND, SHOWN, covariance_at
 from .evidence import on_bounds
 from .fit import Fit
+from .profile_likelihood import RISE, held_at
 
 COUPLED = 0.98
 """Correlation beyond which two numbers are told only together [-]."""
@@ -46,7 +47,25 @@ def identifiability(fit: Fit) -> dict[str, dict[str, Any]]:
         fit.covariance[np.ix_(which, which)] * np.outer(scale, scale),
         set(on_bounds(fit)),
         1.0 / np.maximum(np.linalg.norm(information_root(fit, which), axis=0), 1e-300),
+        _idle(fit),
     )
+
+
+def _idle(fit: Fit) -> set[str]:
+    """Labels of constants on a bound whose start values do as well, all others fitted again.
+
+    Where misfit is left that says nothing: what pushes on the bound may be the misfit.
+    """
+    found = set()
+    if any(misfit.p_value < SHOWN for misfit in fit.misfits.values()):
+        return found
+    for label in on_bounds(fit):
+        index = fit.index(label)
+        start = fit.model.entries[index].value
+        if start != fit.value(index):
+            _, rise = held_at(fit, index, start, np.delete(fit.x, index))
+            found |= {label} if rise < RISE else set()
+    return found
 
 
 def information_root(fit: Fit, which: Sequence[int]) -> np.ndarray:
@@ -69,7 +88,8 @@ def information_root(fit: Fit, which: Sequence[int]) -> np.ndarray:
     hessian = jacobian.T @ jacobian
     hessian += BLIND * np.diag(np.diag(hessian))  # as in the fit's own errors
     plain = np.linalg.pinv(hessian, rcond=1e-15, hermitian=True)
-    ratio = np.diag(fit.covariance)[which] / np.maximum(np.diag(plain)[which], 1e-300)
+    here = covariance_at(fit.model, fit.x, fit.misfits)
+    ratio = np.diag(here)[which] / np.maximum(np.diag(plain)[which], 1e-300)
     grow = max(float(np.median(ratio)), 1.0) if which else 1.0
     return root / fit.model.scale[which] / np.sqrt(grow)
 
@@ -81,6 +101,7 @@ def words_of(
     covariance: np.ndarray,
     bound: Collection[str],
     alone: np.ndarray | None = None,
+    idle: Collection[str] = (),
 ) -> dict[str, dict[str, Any]]:
     """Whether each of some fitted numbers is told, from values and covariance.
 
@@ -91,6 +112,7 @@ def words_of(
         covariance: shape (n, n) [SI].
         bound: labels of those that stand on a bound.
         alone: standard errors with all others known, shape (n,) [SI]; None where not known.
+        idle: labels of those on a bound whose start values the records do not object to.
 
     Returns:
         As `identifiability`; correlations and relative errors are dimensionless [-].
@@ -117,7 +139,7 @@ def words_of(
             error = float(alone[i]) / size_of if alone is not None else 0.0
             much = f"of {100 * error:.0f} %" if error < 1 else "beyond itself"
             one = _one("flat", f"is hardly visible: an error {much} even with all others known")
-        elif label in bound and std > 0.5 * abs(float(values[i] - starts[i])) > 0.0:
+        elif label in idle:
             one = _one("flat", "is hardly visible: its bound will do as well as its first value")
         elif label in bound:
             one = _one("one_sided", "stands on its bound")

@@ -324,7 +324,9 @@ class Model:
             return []
         driven = told_motion(prepared)
         held, values = self.fixed, x * self.scale
-        return faulty_readings(self.causes, self.entries, values, held, sensor, driven)
+        return faulty_readings(
+            self.causes, self.entries, values, held, sensor, driven, prepared.name
+        )
 
     def _read_along(
         self,

@@ -77,25 +77,17 @@ def profile_likelihood(fit: Fit, label: str) -> Profile:
 
 def _side(fit: Fit, index: int, sign: float) -> list[tuple[float, float]]:
     """Values and rises on one side, outwards."""
-    entry, best, model = fit.model.entries[index], fit.value(index), fit.model
-    rest = [i for i in range(len(model.entries)) if i != index]
-    entries = tuple(model.entries[i] for i in rest)
-    worse = [m.ratio for m in fit.misfits.values() if m.p_value < 1e-3]
-    unit = max(1.0, *worse) if worse else 1.0
+    entry, best = fit.model.entries[index], fit.value(index)
     size = abs(best) or entry.scale
     step = min(max(fit.std(index), 1e-6 * size), 0.5 * size)
     end = entry.high if sign > 0 else entry.low
     reach = FARTHEST * size if sign > 0 else max(-FARTHEST * size, -np.inf)
-    x, value, found = fit.x[rest], best, []
+    x, value, found = np.delete(fit.x, index), best, []
     for _ in range(MOST_STEPS):
         ahead = value + sign * step
         bounded = sign * ahead >= sign * end
         ahead = end if bounded else ahead
-        held = replace(model, entries=entries, fixed=(*model.fixed, (entry, ahead)))
-        again = solve(held, x, 12)
-        # the prior of a number that is held still pulls
-        pull = ((ahead - entry.center) / entry.prior) ** 2 if np.isfinite(entry.prior) else 0.0
-        rise = max(0.0, (again.cost + pull - fit.cost) / unit)
+        again, rise = held_at(fit, index, ahead, x)
         found.append((ahead, rise))
         if rise > RISE or bounded or sign * ahead >= abs(reach):
             break
@@ -103,6 +95,21 @@ def _side(fit: Fit, index: int, sign: float) -> list[tuple[float, float]]:
         step *= 3.0 if grown < 0.1 * RISE else 1.5 if grown < 0.5 * RISE else 0.7
         x, value = again.x, ahead
     return found
+
+
+def held_at(fit: Fit, index: int, value: float, x: np.ndarray) -> tuple[Fit, float]:
+    """One constant held at a value [SI], all others fitted again from `x` [-].
+
+    Returns:
+        That fit, and the rise of the sum of squares in units of the misfit, at least 0 [-].
+    """
+    model, entry = fit.model, fit.model.entries[index]
+    entries = tuple(e for i, e in enumerate(model.entries) if i != index)
+    worse = [m.ratio for m in fit.misfits.values() if m.p_value < 1e-3]
+    again = solve(replace(model, entries=entries, fixed=(*model.fixed, (entry, value))), x, 12)
+    # the prior of a number that is held still pulls
+    pull = ((value - entry.center) / entry.prior) ** 2 if np.isfinite(entry.prior) else 0.0
+    return again, max(0.0, (again.cost + pull - fit.cost) / max([1.0, *worse]))
 
 
 def _end(steps: list[tuple[float, float]], sign: float = -1.0) -> float:

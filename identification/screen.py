@@ -23,7 +23,7 @@ from ..model.respond import force_responses
 from ..model.sensors import carrier
 from .faults import DRIVE, FaultyReading, felt, told_motion
 from .fit import Fit
-from .free import Entry, law_entry, shape_entries
+from .free import Entry, law_entry, own_shapes, shape_entries
 from .motions import motions
 from .prepare import Prepared
 from .problem import Cause, Problem, padded_lanes, sample
@@ -255,10 +255,22 @@ def trials_of(fit: Fit, cause: Cause) -> list[Attempt]:
     choices = [shape.trials(scales) for shape in law.shapes]
     if fit.model.places and law.acts:  # each trial is a march there: only the middle ones
         choices = [(values[len(values) // 2],) for values in choices]
-    return [
-        Attempt(cause, entry, tuple(shape_entries(law, place, values, turns, unit)))
-        for values in product(*choices)
-    ]
+    found = []
+    for values in product(*choices):
+        shared = shape_entries(law, place, values, turns, unit)
+        own = own_shapes(law, place, [e.value for e in shared], _left(fit, place))
+        found.append(Attempt(cause, entry, (*shared, *own)))
+    return found
+
+
+def _left(fit: Fit, channel: str) -> dict[str, tuple[np.ndarray, float]]:
+    """What a channel shows beyond the model by record, shapes (n,) [SI], and its interval [s]."""
+    return {
+        prepared.name: (fit.residual_of((prepared.name, channel)), sensor.step)
+        for prepared in fit.problem.records
+        for sensor in prepared.sensors
+        if sensor.channel.name == channel
+    }
 
 
 def _columns(fit: Fit, trials: Sequence[Attempt]) -> Iterator[tuple[list[int], np.ndarray]]:
@@ -304,8 +316,9 @@ def _fault_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
                 place, law = trial.cause
                 if law.fault is None or not felt(place, law, sensor, driven):
                     continue
-                numbers = (0.0, *(shape.value for shape in trial.shapes))
-                held = (None,) * len(trial.shapes)
+                own = [s for s in trial.shapes if s.record in (None, prepared.name)]
+                numbers = (0.0, *(shape.value for shape in own))
+                held = (None,) * len(own)
                 faulty = FaultyReading(law, law.fault, numbers, (0, *held))
                 still, scale = np.zeros((len(seen), 1)), np.array([trial.entry.scale])
                 block[:, column] = faulty.along(seen, still, sensor.step, scale)[:, 0]
@@ -422,7 +435,8 @@ def _candidate(trial: Attempt, column: np.ndarray, residual: np.ndarray) -> Cand
         step = entry.low / entry.scale
         pull = 0.0
     gain = pull**2
-    p_value = float(chi2_distribution.sf(gain, 1))
+    chosen = sum(shape.record is not None for shape in shapes)  # by the residual, each
+    p_value = float(chi2_distribution.sf(gain, 1 + chosen))
     return Candidate(*cause, entry, gain, p_value, step, unit, size, shapes)
 
 

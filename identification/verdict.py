@@ -11,6 +11,7 @@ from .diagnose import SMALL_EXCESS, Diagnosis
 from .evidence import effective_samples, excess, explained
 from .extend import HeldOut
 from .fit import Fit
+from .form import form_words, within_form
 from .free import Entry
 from .identifiable import identifiability
 from .missing import missing_json
@@ -53,7 +54,7 @@ def cause_json(trial: Trial, fit: Fit, probability: float) -> dict[str, Any]:
         "probability": probability,
         "parameters": {
             law.symbol_at(rotation): _interval(value, std, entry.low, entry.unit),
-            **{shape.keys[-1]: _shape(fit, shape) for shape in candidate.shapes},
+            **{s.keys[-1]: _shape(fit, s) for s in candidate.shapes if s.record is None},
         },
         "delta_bic": trial.delta_bic,
         "score_p_value": max(candidate.p_value, 1e-300),
@@ -111,8 +112,10 @@ def sentence_of(diagnosis: Diagnosis) -> str:
     """What is wrong, in one sentence, with strengths in SI units."""
     base, final = diagnosis.base, diagnosis.final
     if diagnosis.status == "adequate":
+        club = " and what a lumped club leaves of a real one" if within_form(final) else ""
         return (
-            "The model explains these records to within their noise; nothing that is missing shows."
+            f"The model explains these records to within their noise{club}; nothing that is "
+            "missing shows."
         )
     told = []
     for trial in diagnosis.accepted:
@@ -157,9 +160,7 @@ def why_of(diagnosis: Diagnosis) -> list[str]:
             f"{first.candidate.name} was first of {len(diagnosis.candidates)} tried: BIC falls by "
             f"{first.delta_bic:.0f} on {effective_samples(first.fit):.0f} independent samples."
         )
-    beyond = beyond_words(final)
-    if beyond:
-        said.append(beyond)
+    said += [words for words in (form_words(final), beyond_words(final)) if words]
     for trial in diagnosis.trials:
         if trial.verdict.startswith("refused"):
             said.append(f"{trial.candidate.name} {trial.verdict}.")

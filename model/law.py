@@ -7,7 +7,10 @@ import pkgutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 @dataclass(frozen=True)
@@ -55,12 +58,16 @@ class Shape:
         dimension: exponents of force, length and time in its unit [-].
         trials: values [in its unit] that are worth a trial for motions of the given scales.
         of_channel: whether its unit begins with the channel's.
+        guess: of a number that every record has of its own, as a phase is: what it is in a
+            residual of shape (n,) [channel's unit] at a sampling interval [s], given the law's
+            other shapes. None for a number that all records share.
     """
 
     symbol: str
     dimension: tuple[int, int, int]
     trials: Callable[[Scales], tuple[float, ...]]
     of_channel: bool = False
+    guess: Callable[[np.ndarray, float, tuple[float, ...]], float] | None = None
 
     def unit(self, rotation: bool, channel_unit: str = "") -> str:
         """SI unit as text [-]; arguments as for `Law.unit`."""

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from supple.identification.constants import fit_json
-from supple.identification.errors import with_errors
 from supple.identification.evidence import excess, on_bounds
-from supple.identification.fit import CONVERGED, STOPPED, Fit, fit_base, solve
+from supple.identification.fit import CONVERGED, STOPPED, Fit, fit_base, solve, with_errors
 from supple.identification.identifiable import identifiability
 from supple.identification.problem import make_problem
 from supple.identification.screen import entry_of
