@@ -29,6 +29,12 @@ MOST_OPEN = 0.02
 MOST_FLAT = 0.2
 """Largest share of samples within 2 % of an extreme; a sine has 0.09 [-]."""
 
+RESOLVED = 0.45
+"""Highest frequency that samples tell, in cycles a sample [-]; half would be the limit."""
+
+SMOOTH = 12.0
+"""Samples a period below which the few at an extreme say nothing of a flat top [-]."""
+
 MOST_DISTORTED = 0.1
 """Largest harmonic of the load, as a share of its fundamental, that passes in silence [-]."""
 
@@ -140,10 +146,14 @@ def measure_loop(coupon: Coupon) -> Loop:
 
 
 def _basis(times: np.ndarray, frequency: float) -> np.ndarray:
-    """Constant, drift, and cosine and sine of each harmonic, shape (n, 2 + 2 harmonics)."""
+    """Constant, drift, and cosine and sine of each harmonic, shape (n, 2 + 2 harmonics).
+
+    Harmonics that the samples are too few for are zero: they would stand for lower ones.
+    """
     angles = 2 * np.pi * frequency * times
     drift = times / times[-1] - 0.5
-    waves = [f(h * angles) for h in range(1, HARMONICS + 1) for f in (np.cos, np.sin)]
+    seen = [h == 1 or h * frequency * times[1] < RESOLVED for h in range(1, HARMONICS + 1)]
+    waves = [s * f(h * angles) for h, s in enumerate(seen, 1) for f in (np.cos, np.sin)]
     return np.stack([np.ones_like(times), drift, *waves], axis=1)
 
 
@@ -341,7 +351,8 @@ def _judged(loop: Loop, flipped: bool, second: float, third: float) -> Loop:
         word
         for word, y in (("load", coupon.load), ("displacement", coupon.displacement))
         for end in (y.max(), y.min())
-        if np.mean(np.abs(y - end) < 0.02 * np.ptp(y)) > MOST_FLAT
+        if coupon.rate > SMOOTH * loop.frequency
+        and np.mean(np.abs(y - end) < 0.02 * np.ptp(y)) > MOST_FLAT
     ]
     if coupon.clipped or flat:
         statuses.append(SATURATED)

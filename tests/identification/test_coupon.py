@@ -242,6 +242,14 @@ def test_a_stiffening_sample_is_named_as_no_sine():
     assert any("no sine" in said for said in loop.warnings)
 
 
+@pytest.mark.parametrize("rate", [50.0, 100.0])
+def test_few_samples_a_period_raise_no_false_alarm(rate):
+    loop = measure_loop(run(20.0, 40, rate=rate))
+    expected = solid(20.0)
+    assert loop.status == GOOD and loop.warnings == ()
+    assert loop.tan_delta == pytest.approx(expected.imag / expected.real, rel=0.02)
+
+
 def test_a_single_loading_tells_a_stiffness_and_no_phase():
     t = np.linspace(0.0, 2.0, 400)
     moved = -3e-3 * (1 - np.abs(t - 1.0))
