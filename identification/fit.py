@@ -319,6 +319,7 @@ def allowances_of(model: Model, fit: Fit) -> dict[str, Allowance]:
 
 
 DESCENTS = 3
+"""Rounds of noise learned and fit repeated on the way down, at most [-]."""
 
 
 def descended(fit: Fit) -> Fit:
