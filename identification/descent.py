@@ -105,7 +105,8 @@ def descend(
     near, radius = None, np.inf
     while tried < evaluations:
         if near is None:
-            near = _Near(x, here, jacobian(x), low, high, tuple(pairs))
+            slope = np.clip(np.nan_to_num(jacobian(x)), -WILD, WILD)
+            near = _Near(x, here, slope, low, high, tuple(pairs))
             radius = near.reach if np.isinf(radius) else radius
         near, step = near.step(radius)
         if step.promise <= 1e-3 * tolerance * cost or step.length <= STALLED * near.reach:
@@ -135,6 +136,10 @@ def descend(
         elif kept < SHORTER:
             radius = 0.5 * step.length
     return Descent(x, False, tried)
+
+
+WILD = 1e60
+"""Largest slope that is taken for one [-]: a motion that runs away has none."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..model.rig import Rig
-from .evidence import SURE_SHARE, believable, delta_bic, excess, explained, on_bounds
+from .evidence import (
+    SURE_SHARE,
+    believable,
+    delta_bic,
+    excess,
+    explained,
+    least_explained,
+    on_bounds,
+)
 from .extend import HeldOut, extend, held_out, thinned, worst_ratio
 from .fit import DOMINATED, Fit, fit_base, solve
 from .form import within_form
@@ -17,6 +25,7 @@ from .problem import Problem, make_problem
 from .records import Record, check_record_against_rig
 from .screen import VISIBLE, Candidate, alikeness, hidden_masses, screen
 from .swung import is_swung
+from .told import from_told, told_trials
 from .trial import (
     LEAST_EVIDENCE,
     Trial,
@@ -210,6 +219,14 @@ class _Search:
         before, now = self.held_before, self.held_now
         return (before.nrmse, now.nrmse) if before is not None and now is not None else (1.0, 1.0)
 
+    def _believed(self, share: float) -> bool:
+        """Whether what is named is the cause although errors of the model still dominate.
+
+        What leaves one channel as wrong as it was is a stand-in.
+        """
+        least = least_explained(self.base, self.fit, DOMINATED)
+        return least >= LEAST_SHARE and believable(share, *self._foretold())
+
     def step(self) -> bool:
         """Try to accept one more law (or a pair); whether one was accepted."""
         candidates = screen(self.fit)
@@ -242,6 +259,10 @@ class _Search:
         for candidate in with_limits(promising(self.fit, chosen), open_):
             self.progress(f"trying {candidate.name}")
             quick.append((extend(start, candidate, 10), candidate))
+        told, fresh = told_trials(self.fit) if not self.accepted else (self.fit, [])
+        for candidate in fresh:
+            self.progress(f"trying {candidate.name} from what the rig says")
+            quick.append((from_told(told, candidate, start, 15), candidate))
         found: list[Trial] = []
         for fit, candidate in self._worth_whole(start, quick):
             whole = replace(
@@ -274,7 +295,9 @@ class _Search:
 
     def _judge(self, trial: Trial, before: Fit) -> Trial:
         """Accept or refuse one trial, in words."""
-        if worst_ratio(before) > DOMINATED and trial.fit.cost > (1 - LEAST_GAIN) * before.cost:
+        idle = trial.fit.cost > (1 - LEAST_GAIN) * before.cost
+        idle = idle and explained(before, trial.fit) < LEAST_STEP
+        if worst_ratio(before) > DOMINATED and idle:
             return replace(trial, verdict="refused: it takes away next to none of the misfit")
         if trial.delta_bic < LEAST_EVIDENCE:
             return replace(trial, verdict=f"refused: BIC falls by only {trial.delta_bic:.1f}")
@@ -372,7 +395,7 @@ class _Search:
             status = "unknown" if bad else "adequate"
         elif left > SMALL_EXCESS and share < LEAST_SHARE:
             status = "unknown"
-        elif worst_ratio(self.fit) > DOMINATED and not believable(share, *self._foretold()):
+        elif worst_ratio(self.fit) > DOMINATED and not self._believed(share):
             status = "unknown"
         else:
             status = "ambiguous" if self.rivals else "named"
@@ -403,7 +426,8 @@ def misfit_chance(fit: Fit) -> float:
 
 
 LEAST_GAIN = 0.05
-"""Where errors of the model dominate, a law must take away this share of the cost [-]."""
+"""Where errors of the model dominate, a law must take away this share of the cost, or
+`LEAST_STEP` of the misfit beyond noise [-]."""
 
 SIMPLER = "refused: its simpler case foretells held-out records better"
 

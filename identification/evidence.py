@@ -51,10 +51,15 @@ def excess(fit: Fit) -> float:
     return max(float(np.sum(bins * (ratios - 1.0)) / bins.sum()), 0.0)
 
 
-def explained(before: Fit, after: Fit) -> float:
-    """Share of the residual power beyond the noise that a richer fit takes away, 0 to 1 [-]."""
+def explained(before: Fit, after: Fit, channel: str | None = None) -> float:
+    """Share of the residual power beyond the noise that a richer fit takes away, 0 to 1 [-].
+
+    Over all channels, or over those of one name.
+    """
     lost, kept = 0.0, 0.0
     for key in before.keys:
+        if channel not in (None, key[1]):
+            continue
         floor = before.model.problem.floor[key].marginal_std ** 2
         size = len(before.predicted[key])
         first = float(np.mean(before.residual_of(key) ** 2)) / floor
@@ -62,6 +67,12 @@ def explained(before: Fit, after: Fit) -> float:
         kept += size * max(first - 1.0, 0.0)
         lost += size * max(first - max(last, 1.0), 0.0)
     return float(np.clip(lost / kept, 0.0, 1.0)) if kept > 0 else 0.0
+
+
+def least_explained(before: Fit, after: Fit, ratio: float) -> float:
+    """The least of these shares among the channels whose misfit is still beyond `ratio` [-]."""
+    left = {key[1] for key, misfit in after.misfits.items() if misfit.ratio > ratio}
+    return min((explained(before, after, name) for name in left), default=1.0)
 
 
 SURE_SHARE = 0.85

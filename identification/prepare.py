@@ -63,8 +63,8 @@ class Prepared:
         numbers: what differed from the rig on that day, by name [SI].
         opening: how much of it tells its start state [s].
         at_rest: whether it is driven and begins at rest.
-        since: how long before its start an unrecorded blow threw it out of its rest [s]; 0 where
-            none did.
+        since: how long before its start an unrecorded blow threw it out of its rest [s]; below 0
+            how long before it was let go; 0 where neither is told.
     """
 
     record: Record
@@ -161,7 +161,7 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
         opening,
         calm > 0 or (not free and begins_at_rest([(s.port.quantity, s.values) for s in sensors])),
         tuple(channel.name for channel in record.inputs),
-        _since_blow(record, start),
+        _since(record, start),
     )
 
 
@@ -184,13 +184,17 @@ STIRS = 1e-3
 """A told input that would go on by more than this share of its range is not taken to rest [-]."""
 
 
-def _since_blow(record: Record, start: int) -> float:
-    """Time from a blow that nobody recorded to the first sample used [s]; 0 where none is told."""
+def _since(record: Record, start: int) -> float:
+    """Time from a blow that nobody recorded to the first sample used [s]; less than 0 from a release.
+
+    0 where none is told.
+    """
     at = record.start.get("at")
     driven = any(np.ptp(channel.values) > 0 for channel in record.inputs)
-    if record.test != "impact" or at is None or driven:
+    if record.test not in ("impact", "decay") or at is None or driven:
         return 0.0
-    return max(start / record.sample_rate - at, 0.0)
+    gone = max(start / record.sample_rate - at, 0.0)
+    return gone if record.test == "impact" else -gone
 
 
 def prepare_all(

@@ -78,8 +78,7 @@ def possible_causes(fit: Fit) -> list[Cause]:
     found: list[Cause] = []
     for place, kind in mechanism.law_places().items():
         for law in library().values():
-            fits = law.acts and law.kind == kind
-            fits = fits and law.rotation in (None, mechanism.turns(place))
+            fits = law.fits(kind, mechanism.turns(place))
             fits = fits and (not is_swung(problem, (place, law)) or swings(problem, law))
             if fits and (place, law.name) not in had and not _said_already(fit, place, law):
                 found.append((place, law))

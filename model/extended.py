@@ -87,9 +87,7 @@ def _acting(table: Mapping[str, Any], index: int, mechanism: Mechanism) -> Actin
         raise refuse("law", one_of(library()), f"'{name}'", mend)
     law, kinds = library()[name], mechanism.law_places()
     turns = mechanism.turns(place) if place in kinds else False
-    fitting = [at for at, kind in kinds.items() if kind == law.kind]
-    if law.rotation is not None:
-        fitting = [at for at in fitting if mechanism.turns(at) == law.rotation]
+    fitting = [at for at, kind in kinds.items() if law.fits(kind, mechanism.turns(at))]
     if place not in fitting:
         expected = f"a place where '{name}' can act: {one_of(fitting)}"
         mend = "write one of them" if fitting else "remove this law"

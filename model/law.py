@@ -86,12 +86,15 @@ class Memory:
             what it remembers after so long a step [s] between two instants.
         force: ``force(strength, shapes, memory, stretch, rate)``, the force that resists the
             stretch [N or N m].
+        past: ``past(shapes, stretch, rate, since)``: what it remembers a time after a blow or,
+            where `since` is below 0, after a release [s]; None where `begin` and `advance` say it.
     """
 
     size: int
     begin: Callable[..., Any]
     advance: Callable[..., Any]
     force: Callable[..., Any]
+    past: Callable[..., Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -114,11 +117,13 @@ class Law:
 
     Attributes:
         name: the contract's name.
-        kind: where it acts: ``link``, ``mass``, ``arm`` (one that is told to move), ``spun`` (what
-            a told motion swings), ``reading`` (a measured channel), ``response`` (the same,
-            where something drives the record), ``channel`` (a measured channel or a drive's),
-            ``axis`` (an accelerometer), ``load`` (the place where a sensor sits) or ``drive`` (a
-            told motion).
+        kind: where it acts: ``link``, ``mass`` (of a chain), ``head`` (a robot's clubhead, in the
+            open), ``body`` (what carries other things), ``swung`` (all that a told motion swings),
+            ``arm`` (one that is told to move), ``spun`` (what it pulls outwards), ``reading``
+            (a measured channel), ``response`` (the same, where something drives the record),
+            ``channel`` (a measured channel or a drive's), ``axis`` (an accelerometer), ``load``
+            (the place where a sensor sits) or ``drive`` (a told motion).
+        also: further kinds of places where it acts.
         symbol: name of its strength in results, such as ``torque`` or ``gap``.
         dimension: exponents of force, length and time in the strength's unit [-].
         force: ``force(strength, stretch, rate, place)``, the force that resists the stretch
@@ -170,9 +175,15 @@ class Law:
     limit: str = ""
     limit_share: float = 0.0
     fault: Fault | None = None
+    also: tuple[str, ...] = ()
     of_channel: bool = False
     swing: Callable[..., Any] | None = None
     felt: Callable[..., Any] | None = None
+
+    def fits(self, kind: str, rotation: bool) -> bool:
+        """Whether it acts by a force at places of this kind, which turn or move [-]."""
+        there = kind == self.kind or kind in self.also
+        return self.acts and there and self.rotation in (None, rotation)
 
     @property
     def acts(self) -> bool:
@@ -239,8 +250,4 @@ def library() -> dict[str, Law]:
 @cache
 def force_laws(kind: str, rotation: bool) -> tuple[Law, ...]:
     """Laws that act by a force at places of this kind, in the order of the parameter vector."""
-    return tuple(
-        law
-        for law in library().values()
-        if law.acts and law.kind == kind and law.rotation in (None, rotation)
-    )
+    return tuple(law for law in library().values() if law.fits(kind, rotation))

@@ -30,6 +30,7 @@ _DRIVEN = {
 
 _CLUB = ("grip_displacement", "grip_angle", "clubhead_displacement")
 _TRANSLATIONS = ("position", "velocity", "acceleration")
+_OWN = {"clubhead": "position", "collet": "angle"}  # how a body of which laws are told moves
 
 PLACES = ("clubhead", "grip", "collet", "wrist", "arm", "hand", "shaft", "sleeve", "base")
 
@@ -138,7 +139,7 @@ class Robot:
 
     def turns(self, place: str) -> bool:
         """Whether `place` turns [rad] rather than moves [m]."""
-        return place in ("wrist", "collet", "hand", "arm")
+        return place in ("wrist", "collet", "hand", "arm", "club")
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -162,16 +163,19 @@ class Robot:
         return club if self.model == "fixed_collet" else (*club, "wrist")
 
     def law_places(self) -> dict[str, str]:
-        """Where a law can act: sleeve, shaft, wrist where there is one, and what is swung.
+        """Where a law can act: sleeve, shaft, wrist and collet where there is one, and clubhead.
 
-        Where joints are told: the arm, if it is one of them, the collet and the clubhead.
+        Where joints are told, also the arm, if it is one of them, and what is swung.
         """
         swings = {
             place: kind
             for place, kind in swung.KINDS.items()
             if self.grounds and (place != "arm" or place in self.grounds)
         }
-        return dict.fromkeys(self.springs, "link") | swings
+        bodies = {"clubhead": "head"}
+        if self.model != "fixed_collet":
+            bodies["collet"] = "body"
+        return dict.fromkeys(self.springs, "link") | bodies | swings
 
     def rows(self, p: Mapping[str, Any], xp: Any = None) -> Rows:
         """Rows of the energies; the last columns are the prescribed angles, see `grounds`.
@@ -199,18 +203,22 @@ class Robot:
         """Stretch rows of a place with the stiffness and damping that sit there.
 
         Args:
-            place: sleeve (two rows, one a set of two elements), shaft, wrist or what is swung.
+            place: sleeve (two rows, one a set of two elements), shaft, wrist, a body (its motion
+                against the ground) or what is swung.
             p: the robot's numbers by contract name [SI].
             xp: array namespace.
 
         Returns:
             rows (m, columns), stiffness (m,) [N/m or N m/rad], damping (m,) [N s/m or N m s/rad];
-            both zero at the wrist of a driven collet, and where a told motion swings.
+            both zero at the wrist of a driven collet, at bodies, and where a told motion swings.
         """
         xp = xp or _jax_numpy()
         if place in swung.KINDS:
             rows = [self._row(r, p, told, told) for r, told in swung.stretches(place, p)]
             return xp.asarray(rows), xp.zeros(len(rows)), xp.zeros(len(rows))
+        if place in ("clubhead", "collet"):
+            row = self.sensor_row(place, _OWN[place], "absolute", p, xp)
+            return row[None], xp.zeros(1), xp.zeros(1)
         here = [spring for spring in self._springs(p) if spring[0] == place]
         return (
             xp.asarray([row for _, row, _, _ in here]),

@@ -13,7 +13,10 @@ from typing import Any, NamedTuple
 SLOPE_AT_HEAD = 1.5
 """Slope of a cantilever at its loaded end, over its bend by its length [-]."""
 
-KINDS = {"arm": "arm", "collet": "mass", "clubhead": "spun"}
+SWUNG_HEAD = "swung_clubhead"
+"""Where a club that turns is pulled outwards; ``clubhead`` itself is the head as a body [-]."""
+
+KINDS = {"arm": "arm", "club": "swung", SWUNG_HEAD: "spun"}
 """Of what kind for laws each place of a swung club is [-]."""
 
 
@@ -77,14 +80,14 @@ def first_moment(p: Mapping[str, Any]) -> Any:
 def stretches(place: str, p: Mapping[str, Any]) -> list[tuple[list[Any], float]]:
     """Rows of a swung place over the four coordinates, and how told angles count in each.
 
-    At ``arm`` and ``collet``: the collet's turn beyond what is told, the first moment of what is
-    displaced, the club's chord and the shaft's bend; at ``clubhead``: the last two and the
+    At ``arm`` and ``club``: the collet's turn beyond what is told, the first moment of what is
+    displaced, the club's chord and the shaft's bend; at `SWUNG_HEAD`: the last two and the
     displacements of clubhead and grip. Rows over collet angle, grip displacement and angle,
     clubhead displacement [1, m or kg].
     """
     lever = _lengths(p)[0]
     chord, bend = [0.0, -1.0, 0.0, 1.0], [0.0, -1.0, -lever, 1.0]
-    if place == "clubhead":
+    if place == SWUNG_HEAD:
         rows = [chord, bend, [0.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]]
         return [(row, 0.0) for row in rows]
     moved = [0.0, p["grip_mass"], 0.0, p["clubhead_mass"]]
@@ -94,7 +97,7 @@ def stretches(place: str, p: Mapping[str, Any]) -> list[tuple[list[Any], float]]
 def pushes(place: str, p: Mapping[str, Any]) -> list[list[Any]]:
     """Where a unit force of each of these rows pushes: generalized forces as `stretches`."""
     rows = [row for row, _ in stretches(place, p)]
-    if place == "clubhead":
+    if place == SWUNG_HEAD:
         return rows
     masses = [first_moment(p), p["grip_mass"], 0.0, p["clubhead_mass"]]
     return [masses, [1.0, 0.0, 0.0, 0.0], *rows[2:]]
@@ -111,7 +114,7 @@ def weights(place: str, p: Mapping[str, Any]) -> list[Any]:
     """
     lever, _, head = _lengths(p)
     tension = p["clubhead_mass"] / lever
-    if place == "clubhead":
+    if place == SWUNG_HEAD:
         tension = tension * head
         return [tension, 0.2 * tension, -p["clubhead_mass"], -p["grip_mass"]]
     return [0.0, 1.0, tension, 0.2 * tension]

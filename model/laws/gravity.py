@@ -24,6 +24,7 @@ def _swing(strength: Any, stretch: Any, told: Told, rows: SwungRows) -> Any:
 LAW = Law(
     name="gravity",
     kind="mass",
+    also=("swung",),
     symbol="moment",
     dimension=(1, 0, 0),
     natural=lambda scales: scales.force / scales.stretch,

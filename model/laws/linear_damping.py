@@ -15,6 +15,7 @@ def force(strength: Any, stretch: Any, rate: Any, place: Place) -> Any:
 LAW = Law(
     name="linear_damping",
     kind="link",
+    also=("head",),
     symbol="damping",
     dimension=(1, -1, 1),
     natural=lambda scales: scales.force / scales.rate,

@@ -15,6 +15,7 @@ def force(strength: Any, stretch: Any, rate: Any, place: Place) -> Any:
 LAW = Law(
     name="linear_stiffness",
     kind="link",
+    also=("head",),
     symbol="stiffness",
     dimension=(1, -1, 0),
     natural=lambda scales: scales.force / scales.stretch,

@@ -17,6 +17,7 @@ def force(strength: Any, stretch: Any, rate: Any, place: Place) -> Any:
 LAW = Law(
     name="quadratic_damping",
     kind="link",
+    also=("head",),
     symbol="quadratic_damping",
     dimension=(1, -2, 2),
     natural=lambda scales: scales.force / scales.rate**2,

@@ -66,8 +66,8 @@ def test_only_large_told_angles_are_worth_a_trial(problem):
 
 def test_what_is_swung_has_no_spring_of_its_own(problem):
     assert [has_springs(problem, at) for at in ("shaft", "sleeve", "wrist")] == [True] * 3
-    assert [has_springs(problem, at) for at in ("arm", "collet", "clubhead")] == [False] * 3
-    assert is_swung(problem, ("collet", library()["gravity"]))
+    assert [has_springs(problem, at) for at in ("arm", "club", "collet", "clubhead")] == [False] * 3
+    assert is_swung(problem, ("club", library()["gravity"]))
     assert not is_swung(problem, ("wrist", library()["coulomb_friction"]))
 
 
@@ -78,7 +78,7 @@ def test_a_benchs_swing_asks_first_for_the_arms_pull_and_then_for_the_stiffening
     assert names >= set(LACKING)
     ranked = screen(fit)
     assert [one.name for one in ranked[:2]] == [
-        "arm/base_acceleration", "clubhead/centrifugal_stiffening",
+        "arm/base_acceleration", "swung_clubhead/centrifugal_stiffening",
     ]  # fmt: skip
     gravity = next(one for one in ranked if one.law.name == "gravity")
     assert all(one.entry.scale == 1.0 for one in (*ranked[:2], gravity))
@@ -91,7 +91,7 @@ def test_two_swings_of_a_bench_name_both(measured, tmp_path):
     records, rig = read(measured, tmp_path)
     found = diagnose(records, rig)
     named = [trial.candidate.name for trial in found.accepted]
-    assert set(named[:2]) == {"arm/base_acceleration", "clubhead/centrifugal_stiffening"}
+    assert set(named[:2]) == {"arm/base_acceleration", "swung_clubhead/centrifugal_stiffening"}
     for trial in found.accepted[:2]:
         index = found.final.index(trial.candidate.entry.label)
         assert 0.5 < found.final.value(index) < 2.0

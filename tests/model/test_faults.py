@@ -103,6 +103,9 @@ def test_a_rectified_channel_has_no_sign_and_hum_is_a_tone():
     np.testing.assert_allclose(
         fault_of("sensor_rectified").read(1.0, (), VALUES - 0.5, STEP), np.abs(VALUES - 0.5)
     )
+    np.testing.assert_allclose(
+        fault_of("sensor_rectified").read(-1.0, (), VALUES - 0.5, STEP), -np.abs(VALUES - 0.5)
+    )
     tone = fault_of("mains_hum").read(0.2, (50.0, np.pi / 2), 0 * VALUES, STEP)
     np.testing.assert_allclose(tone, 0.2 * np.cos(2 * np.pi * 50.0 * TIMES), atol=1e-12)
     drift = fault_of("sensor_drift").read(0.7, (), 0 * VALUES, STEP)

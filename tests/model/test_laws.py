@@ -25,6 +25,7 @@ NAMED = {
     "gravity",
     "base_acceleration",
     "centrifugal_stiffening",
+    "extra_mode",
     "hysteresis",
     "relaxation",
     "slip",
@@ -57,10 +58,10 @@ def states(count: int = 40) -> tuple[np.ndarray, np.ndarray]:
 
 def test_the_laws_of_the_contract_are_there():
     assert set(LAWS) >= NAMED
-    for kind in ("link", "mass"):
+    for kind in ("link", "mass", "swung", "head", "body"):
         for rotation in (False, True):
             for law in force_laws(kind, rotation):
-                assert law.kind == kind and law.rotation in (None, rotation)
+                assert kind in (law.kind, *law.also) and law.rotation in (None, rotation)
     assert "gravity" in {law.name for law in force_laws("mass", True)}
     assert "gravity" not in {law.name for law in force_laws("mass", False)}
 
@@ -70,7 +71,7 @@ def test_a_law_says_what_it_is(name):
     law = LAWS[name]
     assert law.name == name
     assert law.kind in (
-        *("link", "mass", "arm", "spun"),
+        *("link", "mass", "arm", "spun", "body"),
         *("reading", "response", "channel", "axis", "load", "drive"),
     )
     assert law.acts != bool(law.slot), "a force, or a number of a sensor"

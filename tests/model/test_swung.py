@@ -18,7 +18,7 @@ from supple.model.planar_sensors import planar_samples, track_of
 from supple.model.plant import Plant
 from supple.model.prescribed import through
 from supple.model.robot import PRESETS, Robot
-from supple.model.swung import Felt, SwungRows, first_moment, told_from
+from supple.model.swung import SWUNG_HEAD, Felt, SwungRows, first_moment, told_from
 from supple.model.swung_plant import (
     force_at_rest,
     swings_of,
@@ -32,7 +32,7 @@ P = PRESETS["robo_v_sleeve_50"]
 PULL = 7.3
 ARM, WRIST = (-0.7, 8.0, 90.0), (-1.1, 14.0, -60.0)
 """Angle, rate and its rate of each joint [rad, rad/s, rad/s^2]."""
-SWINGS = {"base_acceleration": "arm", "centrifugal_stiffening": "clubhead", "gravity": "collet"}
+SWINGS = {"base_acceleration": "arm", "centrifugal_stiffening": SWUNG_HEAD, "gravity": "club"}
 STRENGTH = {"base_acceleration": 1.0, "centrifugal_stiffening": 1.0,
             "gravity": PULL * first_moment(P)}  # fmt: skip
 ROBOT = Robot("driven_arm")
@@ -222,14 +222,16 @@ def test_only_what_is_told_is_swung():
         "base_acceleration"
     }
     assert swings_of(Robot("pinned_wrist")) == () == swings_of(Robot("fixed_collet"))
-    assert set(Robot("pinned_wrist").law_places()) == {"sleeve", "shaft", "wrist"}
+    assert set(Robot("pinned_wrist").law_places()) == {
+        "sleeve", "shaft", "wrist", "collet", "clubhead"
+    }  # fmt: skip
     rows = swung_rows(ROBOT, P)
     assert rows.first.shape == rows.weight.shape and float(rows.first.sum()) == 3.0
 
 
 def test_at_rest_weight_alone_pulls_and_back_to_where_the_club_hangs():
     law, stretch = library()["gravity"], jnp.asarray([0.2, 0.0, 0.0, 0.0])
-    force = force_at_rest(P, law, "collet", STRENGTH["gravity"], stretch)
+    force = force_at_rest(P, law, "club", STRENGTH["gravity"], stretch)
     np.testing.assert_allclose(force, [PULL * np.sin(0.2), 0, 0, 0], rtol=1e-12)
-    none = force_at_rest(P, library()["centrifugal_stiffening"], "clubhead", 1.0, stretch)
+    none = force_at_rest(P, library()["centrifugal_stiffening"], SWUNG_HEAD, 1.0, stretch)
     np.testing.assert_array_equal(none, 0.0)

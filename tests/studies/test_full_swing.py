@@ -14,7 +14,7 @@ from supple.studies.thesis.swing_diagnosis import Verdict
 HISTORY = [
     {"law": "", "place": "", "reduced_chi2": 101.0},
     {"law": "base_acceleration", "place": "arm", "reduced_chi2": 26.0},
-    {"law": "centrifugal_stiffening", "place": "clubhead", "reduced_chi2": 5.0},
+    {"law": "centrifugal_stiffening", "place": "swung_clubhead", "reduced_chi2": 5.0},
 ]
 
 
@@ -55,7 +55,7 @@ def verdict(swings):
 def test_shares_add_up_and_sizes_are_those_of_the_planar_model():
     rows = full_swing.steps(HISTORY, {"base_acceleration": (0.9, 0.1)})
     assert [row["cause"] for row in rows] == [
-        "none", "arm/base_acceleration", "clubhead/centrifugal_stiffening",
+        "none", "arm/base_acceleration", "swung_clubhead/centrifugal_stiffening",
     ]  # fmt: skip
     assert [row["explains"] for row in rows] == [None, 0.75, 0.21]
     assert rows[2]["misfit"] == pytest.approx(np.sqrt(5.0))

@@ -1,0 +1,105 @@
+"""What the records say from where the rig stands: a screen that no drawn-away constants bend."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .allowance import Allowance
+from .extend import extended_model, thinned, worst_ratio
+from .fit import DOMINATED, Fit, learn_noise, solve
+from .problem import Model
+from .screen import Candidate, screen
+from .starts import told_start
+from .trial import without_general
+
+MOST = 3
+"""Laws that are tried from there [-]."""
+
+HORIZONS = (4.0, 20.0, np.inf)
+"""Parts of each record that a law is first fitted to with the constants held, in periods [-]."""
+
+WORTH = 0.3
+"""Share of the best law's gain that another one must promise there [-]."""
+
+
+def told_fit(fit: Fit) -> Fit:
+    """The records' own numbers fitted, with all constants at what the rig says.
+
+    Weighed by the instruments' noise, and with no mode allowed for that rings by itself: where a
+    cause is missing, constants and weights have moved to make room for it.
+
+    Args:
+        fit: of a model whose errors dominate what is found.
+    """
+    plain = replace(fit.model, noises=learn_noise(fit), allowances=_told_motions(fit))
+    return solve(plain, _constants_held(plain, told_start(fit.model, fit.x), 20), 0)
+
+
+def _constants_held(model: Model, x: np.ndarray, evaluations: int) -> np.ndarray:
+    """Scaled unknowns [-] of the best fit by all but the rig's shared constants."""
+    shared = [i for i, e in enumerate(model.entries) if e.slot == "numbers" and e.record is None]
+    own = [i for i in range(len(model.entries)) if i not in set(shared)]
+    held = tuple((model.entries[i], float(x[i] * model.scale[i])) for i in shared)
+    near = replace(model, entries=tuple(model.entries[i] for i in own), fixed=(*model.fixed, *held))
+    best = x.copy()
+    best[own] = solve(near, x[own], evaluations).x
+    return best
+
+
+def _told_motions(fit: Fit) -> dict[str, Allowance]:
+    """Allowances without those for what rings."""
+    found = {}
+    for name, allowance in fit.model.allowances.items():
+        keep = np.array([kind != "ringing" for kind in allowance.kinds])
+        if keep.any():
+            found[name] = replace(
+                allowance,
+                kinds=tuple(np.array(allowance.kinds)[keep]),
+                columns=tuple(block[:, keep] for block in allowance.columns),
+                priors=allowance.priors[keep],
+            )
+    return found
+
+
+def told_trials(fit: Fit) -> tuple[Fit, list[Candidate]]:
+    """The fit where the rig stands, and the laws that gain most there.
+
+    Args:
+        fit: of the model so far.
+
+    Returns:
+        That fit, and at most `MOST` candidates of its screen; none where errors of the model do
+        not dominate.
+
+    Source: DESIGN's fourth step; tests/identification/test_told.py.
+    """
+    if worst_ratio(fit) <= DOMINATED:
+        return fit, []
+    told = told_fit(fit)
+    found = screen(told)
+    worth = [c for c in without_general(found) if c.gain > WORTH * found[0].gain]
+    return told, worth[:MOST]
+
+
+def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> Fit:
+    """A quick refit with a law from where the rig stands, weighed at last as `start` is.
+
+    First the law's own numbers alone: a constant that is let go too early takes its place.
+
+    Args:
+        told: as `told_trials` gives it.
+        candidate: one of its laws.
+        start: the quick fit without the law.
+        evaluations: budget of each descent.
+    """
+    first = thinned(extended_model(told, candidate))
+    step = max(candidate.step, candidate.entry.low / candidate.entry.scale)
+    shapes = [shape.value / shape.scale for shape in candidate.shapes]
+    x = np.append(told.x, [step, *shapes])
+    for horizon in HORIZONS:
+        x = _constants_held(replace(first, horizon=horizon), x, 10)
+    x = solve(first, x, 2 * evaluations).x
+    model = replace(extended_model(start, candidate), entries=first.entries)
+    return solve(model, x, evaluations)

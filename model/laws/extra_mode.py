@@ -1,0 +1,94 @@
+"""Extra mode: a small mass on a spring of its own, riding on what the model takes for rigid."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import jax.numpy as jnp
+
+from ..law import INERTIA, Law, Memory, Scales, Shape
+
+
+def _begin(shapes: Any, stretch: Any, rate: Any) -> Any:
+    """The rider rests on what carries it: its displacement and rate against that, (2, rows)."""
+    return jnp.zeros((2, *jnp.shape(stretch)))
+
+
+def _advance(shapes: Any, memory: Any, before: Any, after: Any, step: Any) -> Any:
+    """``e'' + 2 z w e' + w^2 e = -x''``, exact for an x that is cubic within the step."""
+    turn, ratio = 2 * jnp.pi * shapes[0], shapes[1]
+    (x0, v0), (x1, v1) = before, after
+    chord = (x1 - x0) / step
+    bend = (6 * chord - 4 * v0 - 2 * v1) / step  # x'' at the start
+    jerk = 6 * (v0 + v1 - 2 * chord) / step**2
+    drift = -jerk / turn**2  # the forced part is a straight line
+    shift = -(bend + 2 * ratio * turn * drift) / turn**2
+    e, rate = memory[0] - shift, memory[1] - drift
+    part = turn * step
+    fade = jnp.exp(-ratio * part)
+    cosine, sine = _waves(part**2 * (1 - ratio**2))
+    new = fade * (e * (cosine + ratio * part * sine) + rate * step * sine)
+    fast = fade * (rate * (cosine - ratio * part * sine) - e * turn * part * sine)
+    return jnp.stack(jnp.broadcast_arrays(new + shift + drift * step, fast + drift))
+
+
+def _waves(square: Any) -> tuple[Any, Any]:
+    """cos(q) and sin(q) / q of the root q of `square`, which is imaginary below 0 [-]."""
+    q = jnp.sqrt(jnp.maximum(square, 1e-12))
+    p = jnp.sqrt(jnp.maximum(-square, 1e-12))
+    return (
+        jnp.where(square > 0, jnp.cos(q), jnp.cosh(p)),
+        jnp.where(square > 0, jnp.sin(q) / q, jnp.sinh(p) / p),
+    )
+
+
+def _past(shapes: Any, stretch: Any, rate: Any, since: Any) -> Any:
+    """What a blow or a release has left, by a polynomial through what is known of the carrier.
+
+    A blow throws it out of its rest at 0 and leaves the rider behind; let go, it sets out from
+    where it was held, and the rider rests on it.
+    """
+    gone, none = jnp.abs(since), jnp.zeros_like(stretch)
+    thrown = (3 * stretch / gone - rate) / 2  # no spring pulls it back at 0
+    held = stretch - rate * gone / 2
+    blow = since > 0
+    x0, v0 = jnp.where(blow, none, held), jnp.where(blow, thrown, none)
+    return _advance(shapes, jnp.stack([none, -v0]), (x0, v0), (stretch, rate), gone)
+
+
+def _force(strength: Any, shapes: Any, memory: Any, stretch: Any, rate: Any) -> Any:
+    """Force ``-m (w^2 e + 2 z w e')`` on what carries it [N or N m]."""
+    turn = 2 * jnp.pi * shapes[0]
+    return -strength * (turn**2 * memory[0] + 2 * shapes[1] * turn * memory[1])
+
+
+def _frequencies(scales: Scales) -> tuple[float, ...]:
+    """From just above the place's main oscillation to the tenth of it, a light resonance apart."""
+    return tuple(1.3 * SPACING**n / (2 * math.pi * scales.time) for n in range(TRIALS))
+
+
+SPACING = 1.08
+"""Ratio of neighboring frequencies that are tried [-]: a resonance of 3 % is felt 8 % wide."""
+
+TRIALS = 30
+"""How many are tried [-]."""
+
+LAW = Law(
+    name="extra_mode",
+    kind="body",
+    also=("head", "mass"),
+    symbol="mass",
+    dimension=INERTIA,
+    natural=lambda scales: scales.force * scales.time**2 / scales.stretch,
+    signed=False,
+    memory=Memory(2, _begin, _advance, _force, _past),
+    shapes=(
+        Shape("frequency", (0, 0, -1), _frequencies),
+        Shape("damping_ratio", (0, 0, 0), lambda scales: (0.03,)),
+    ),
+    formula="f = -m (w^2 e + 2 z w e'), e'' + 2 z w e' + w^2 e = -x'', w = 2 pi frequency",
+    sentence="Something of {value} rides on the {place} and rings there by itself.",
+    cure="Tap the place and look for what is loose or slender on it; tighten or damp it.",
+    source="appended oscillator; Den Hartog 1956, Mechanical Vibrations, chapter 3",
+)
