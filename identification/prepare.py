@@ -185,7 +185,7 @@ STIRS = 1e-3
 
 
 def _since(record: Record, start: int) -> float:
-    """Time from a blow that nobody recorded to the first sample used [s]; less than 0 from a release.
+    """Time from an unrecorded blow to the first sample used [s]; less than 0 from a release.
 
     0 where none is told.
     """
