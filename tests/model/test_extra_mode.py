@@ -65,8 +65,10 @@ def test_a_rider_is_a_second_mass(start):
     inputs = jnp.full((count, 1), 0.3)
     wanted = two_masses(RIDER, start, count)
     z = vector((RIDER, HERTZ, RATIO), start)
-    found = np.asarray(simulate(plant(), 4, z, inputs, STEP, CORNERS))[:, 0]
-    plain = np.asarray(simulate(plant(), 4, vector((0.0,) * 3, start), inputs, STEP, CORNERS))
+    found = np.asarray(simulate(plant(), 4, z, inputs, jnp.asarray(STEP), CORNERS))[:, 0]
+    plain = np.asarray(
+        simulate(plant(), 4, vector((0.0,) * 3, start), inputs, jnp.asarray(STEP), CORNERS)
+    )
     size = np.max(np.abs(wanted))
     assert np.max(np.abs(plain[:, 0] - wanted)) > 0.1 * size, "the rider matters here"
     assert np.max(np.abs(found - wanted)) < 2e-6 * size
@@ -99,7 +101,10 @@ def test_derivatives_by_mass_frequency_and_ratio_are_those_of_differences():
     for row, at in enumerate(varied):
         up, down = z.copy(), z.copy()
         up[at], down[at] = z[at] * (1 + 1e-6), z[at] * (1 - 1e-6)
-        pair = [np.asarray(simulate(plant(), 2, one, inputs, STEP, CORNERS)) for one in (up, down)]
+        pair = [
+            np.asarray(simulate(plant(), 2, one, inputs, jnp.asarray(STEP), CORNERS))
+            for one in (up, down)
+        ]
         wanted = (pair[0] - pair[1])[:, 0] / (2e-6 * z[at])
         np.testing.assert_allclose(found[row, :, 0], wanted, atol=2e-6 * np.max(np.abs(wanted)))
 
@@ -158,7 +163,7 @@ def test_a_rider_on_a_robots_head_rings_in_what_its_sensors_read():
         whole[1] += mass * turn**2 * np.outer(apart, apart)
         whole[2] += 2 * RATIO * turn * mass * np.outer(apart, apart)
         push = np.append(np.asarray(robot.force_row("clubhead", numbers)), 0.0)
-        wanted = _struck(*whole, push, times)
+        wanted = _struck((whole[0], whole[1], whole[2]), push, times)
         for column, one in enumerate(ports):
             seen = np.asarray(robot.sensor_row(one.place, one.quantity, "absolute", numbers))[:n]
             read = wanted[:, :n] @ seen
@@ -166,9 +171,9 @@ def test_a_rider_on_a_robots_head_rings_in_what_its_sensors_read():
             assert gap < 3e-5 * np.max(np.abs(read))
 
 
-def _struck(mass, stiffness, damping, push, times):
+def _struck(whole, push, times):
     """Positions, shape (t, coordinates), after 40 N from 0.02 s to 0.024 s."""
-    n = len(push)
+    n, (mass, stiffness, damping) = len(push), whole
     a = np.zeros((2 * n + 1, 2 * n + 1))
     a[:n, n : 2 * n] = np.eye(n)
     a[n : 2 * n, :n] = -np.linalg.solve(mass, stiffness)
