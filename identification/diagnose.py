@@ -256,10 +256,16 @@ class _Search:
         quick = []
         worth = [c for c in without_general(open_) if c.gain > WORTH * open_[0].gain]
         chosen = with_other_places(worth, TRIALS) if len(worth) > 1 else list(open_[:2])
+        done: Candidate | None = None  # one that leaves no misfit
         for candidate in with_limits(promising(self.fit, chosen), open_):
+            if done is not None and not _may_rival(candidate, done):
+                continue
             self.progress(f"trying {candidate.name}")
             quick.append((extend(start, candidate, 10), candidate))
-        told, fresh = told_trials(self.fit) if not self.accepted else (self.fit, [])
+            if done is None and misfit_chance(quick[-1][0]) > MISFIT_SHOWN:
+                done = candidate
+        free = done is None and not self.accepted
+        told, fresh = told_trials(self.fit) if free else (self.fit, [])
         for candidate in fresh:
             self.progress(f"trying {candidate.name} from what the rig says")
             quick.append((from_told(told, candidate, start, 15), candidate))
@@ -417,6 +423,16 @@ class _Search:
             (whiteness(self.base), whiteness(self.fit)),
             tuple(self.stages),
         )
+
+
+def _may_rival(candidate: Candidate, done: Candidate) -> bool:
+    """Whether a law may explain what another one explains to the noise already."""
+    names = {limit_of(candidate), limit_of(done)}
+    return bool(names & {candidate.name, done.name}) or alikeness(candidate, done) > RIVAL
+
+
+RIVAL = 0.7
+"""Alikeness below which two laws cannot both explain all of a misfit [-]."""
 
 
 def misfit_chance(fit: Fit) -> float:

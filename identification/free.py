@@ -28,7 +28,7 @@ class Entry:
 
     Attributes:
         name: rig's name, ``PLACE/LAW`` for a law's strength, ``CHANNEL.offset`` and the like.
-        slot: part of the plant's vector: numbers, strengths, start, drive, offset, gain, delay;
+        slot: part of the plant's vector: numbers, strengths, start, drive, offset, gain, delay, tilt;
             ``fault`` for what only a channel's reading knows.
         keys: which elements of the slot it sets: names, or indices as text.
         record: the only record it belongs to; None where all share it.
@@ -164,11 +164,15 @@ def _start_entries(
 ) -> list[Entry]:
     n = len(mechanism.coordinates)
     position, velocity = _start_scales(mechanism, numbers, prepared)
+    # before a recorded blow a mechanism rests where its springs do: what it does before the first
+    # sample that is used can be seen nowhere, and would take the blow's place
+    struck = prepared.record.test == "impact" and not prepared.free
     entries = []
     for index, coordinate in enumerate(mechanism.coordinates):
         for what, offset, size in (("start", 0, position), ("start_velocity", n, velocity)):
             name, scale = f"{coordinate}.{what}", float(size[index])
-            std = 1e-4 * scale if prepared.at_rest and offset else 10 * scale
+            still = prepared.at_rest and (offset or struck)
+            std = 1e-4 * scale if still else 10 * scale
             entry = _nuisance(name, "start", index + offset, prepared, std, "")
             entries.append(replace(entry, scale=scale))
     return entries
@@ -237,7 +241,7 @@ def law_entry(
     slot, keys = "strengths", (place, law.name, "")
     if law.slot:
         is_input = any(c.name == place for p in records for c in p.record.inputs)
-        slot, keys = ("drive" if is_input else law.slot), (place,)
+        slot, keys = ("drive" if is_input else SLOTS.get(law.slot, law.slot)), (place,)
         if law.fault is None:
             low = -math.inf
         else:
@@ -246,6 +250,9 @@ def law_entry(
         name, slot, keys, None, 0.0, low, math.inf, abs(natural), unit=unit, nuisance=False
     )
 
+
+SLOTS = {"axis": "tilt"}
+"""Part of a plant's vector that a law of a sensor moves, where it has another name [-]."""
 
 SHAPE_REACH = 30.0
 """How far a law's shape may go from its trial value, as a factor [-]."""

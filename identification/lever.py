@@ -73,7 +73,7 @@ def _levers(
     plant, z = replace(whole, sensors=ports), model.vector(prepared, x)
     own = np.zeros(plant.size)
     for name in plant.slots:
-        if name not in ("offset", "gain", "delay"):
+        if name not in ("offset", "gain", "delay", "tilt"):
             own[plant.slots[name]] = z[whole.slots[name]]
     turned = simulate(plant, model.substeps(prepared), own, *model.arguments(prepared))
     turned = np.nan_to_num(np.asarray(turned)[:, :-1], posinf=0.0, neginf=0.0)

@@ -20,7 +20,9 @@ from ..model.linear import Array
 from ..model.march import begun
 from ..model.plant import Plant, numbers_vector
 from ..model.respond import force_responses
+from ..model.robot import Robot
 from ..model.sensors import carrier
+from ..model.tilt import leans
 from .faults import DRIVE, FaultyReading, felt, told_motion
 from .fit import Fit
 from .free import Entry, law_entry, own_shapes, shape_entries
@@ -85,14 +87,26 @@ def possible_causes(fit: Fit) -> list[Cause]:
     if any(told_motion(prepared) for prepared in problem.records):
         drives = [(DRIVE, law) for law in library().values() if law.kind == DRIVE]
         found += [(place, law) for place, law in drives if (place, law.name) not in had]
+    leaning = _leaning(problem)
     for channel, is_input, driven in _channels(fit):
         for law in library().values():
             if not law.slot or (channel, law.name) in had:
                 continue
             fits = law.kind == "channel" or (not is_input and law.kind == "reading")
+            fits = fits or (law.kind == "axis" and channel in leaning)
             if fits or (law.kind == "response" and not is_input and driven):
                 found.append((channel, law))
     return found
+
+
+def _leaning(problem: Problem) -> set[str]:
+    """Names of channels whose axis may lean: accelerometers on a robot's clubhead."""
+    return {
+        sensor.channel.name
+        for prepared in problem.records
+        for sensor in prepared.sensors
+        if isinstance(problem.mechanism, Robot) and leans(sensor.port)
+    }
 
 
 def _channels(fit: Fit) -> list[tuple[str, bool, bool]]:

@@ -14,13 +14,13 @@ from .screen import Candidate, screen
 from .starts import told_start
 from .trial import without_general
 
-MOST = 3
+MOST = 2
 """Laws that are tried from there [-]."""
 
 HORIZONS = (4.0, 20.0, np.inf)
 """Parts of each record that a law is first fitted to with the constants held, in periods [-]."""
 
-WORTH = 0.3
+WORTH = 0.5
 """Share of the best law's gain that another one must promise there [-]."""
 
 

@@ -19,7 +19,7 @@ class Plant:
 
     A plant is static: everything that varies is in the vector `z`, laid out as numbers of the
     mechanism, strengths of the laws, start state, offsets of inputs, offsets, errors of
-    gain and delays of sensors, and since when it has moved; each in SI units.
+    gain, delays and tilts of sensors, and since when it has moved; each in SI units.
 
     Attributes:
         mechanism: chain or robot.
@@ -68,6 +68,7 @@ class Plant:
             "offset": len(self.sensors),
             "gain": len(self.sensors),
             "delay": len(self.sensors),
+            "tilt": len(self.sensors),
             "since": 1,
         }
         ends = np.cumsum(list(sizes.values()))

@@ -16,6 +16,7 @@ from .linear import Array, StateSpace, make_step
 from .march import ActingRows, March, acting_space, march_rows, offset_mask, space_of
 from .plant import Plant, laws_of
 from .swung_plant import swings_of, swung_readings, swung_rows
+from .tilt import tilted
 from .told import accelerated
 
 
@@ -31,6 +32,8 @@ def _simulate(
     outputs = motion.states @ space.c.T + felt @ space.d.T
     if motion.forces.shape[1] and swings_of(bare.mechanism):
         outputs = outputs + _swung(bare, z, acting, motion.states, drive)
+    numbers, tilt = bare.numbers(z), z[bare.slots["tilt"]]
+    outputs = outputs + tilted(bare, numbers, tilt, motion.states, outputs)
     outputs = shift(outputs, z[bare.slots["delay"]] / step) * (1.0 + z[bare.slots["gain"]])
     outputs = outputs + z[bare.slots["offset"]]
     return jnp.concatenate([outputs, motion.defect[:, None]], axis=1), motion
