@@ -28,8 +28,8 @@ class Entry:
 
     Attributes:
         name: rig's name, ``PLACE/LAW`` for a law's strength, ``CHANNEL.offset`` and the like.
-        slot: part of the plant's vector: numbers, strengths, start, drive, offset, gain, delay, tilt;
-            ``fault`` for what only a channel's reading knows.
+        slot: part of the plant's vector: numbers, strengths, start, drive, offset, gain, delay,
+            tilt; ``fault`` for what only a channel's reading knows.
         keys: which elements of the slot it sets: names, or indices as text.
         record: the only record it belongs to; None where all share it.
         value: start value [SI].
