@@ -257,7 +257,11 @@ class _Search:
         worth = [c for c in without_general(open_) if c.gain > WORTH * open_[0].gain]
         chosen = with_other_places(worth, TRIALS) if len(worth) > 1 else list(open_[:2])
         done: Candidate | None = None  # one that leaves no misfit
-        for candidate in with_limits(promising(self.fit, chosen), open_):
+        least = 0.0 if misfit_chance(self.fit) < MISFIT_SHOWN else UNSHOWN
+        promise = promising(self.fit, chosen, least)
+        if not promise:
+            return []
+        for candidate in with_limits(promise, open_):
             if done is not None and not _may_rival(candidate, done):
                 continue
             self.progress(f"trying {candidate.name}")

@@ -99,14 +99,19 @@ def without_general(open_: Sequence[Candidate]) -> list[Candidate]:
     return [c for c in open_ if gains.get(limit_of(c), 0.0) < GENERAL * c.gain]
 
 
-def promising(fit: Fit, chosen: Sequence[Candidate]) -> list[Candidate]:
-    """The first candidate, and those whose linear step promises half of `LEAST_EVIDENCE` [-]."""
+def promising(fit: Fit, chosen: Sequence[Candidate], least: float = 0.0) -> list[Candidate]:
+    """The first candidate, and those whose linear step promises half of `LEAST_EVIDENCE` [-].
+
+    Where a law must gain at least so much to be accepted, all must promise that.
+    """
     count = effective_samples(fit)
 
     def promise(candidate: Candidate) -> float:
         left = max(1.0 - candidate.gain / max(fit.cost, 1e-300), 1e-300)
         return float(-count * np.log(left) - np.log(count))
 
+    if least:
+        return [c for c in chosen if promise(c) > least]
     return [c for i, c in enumerate(chosen) if not i or promise(c) > 0.5 * LEAST_EVIDENCE]
 
 
