@@ -54,6 +54,41 @@ def drive_allowances(model: Model, x: np.ndarray) -> dict[str, list[Allowance]]:
     return found
 
 
+def estimated_errors(
+    model: Model, estimates: Mapping[str, np.ndarray]
+) -> dict[str, tuple[np.ndarray, float]]:
+    """How far told motions were from what is told, on the simulation's grid.
+
+    Args:
+        model: with the allowances of `drive_allowances`.
+        estimates: best numbers of each record's allowance, in units of their priors [-].
+
+    Returns:
+        Errors, shape (count,) [m or rad], and the grid's interval [s], by record: of the last
+        motion that is told where there are several.
+    """
+    found = {}
+    for prepared in model.problem.records:
+        allowance = model.allowances.get(prepared.name)
+        if allowance is None or prepared.name not in estimates:
+            continue
+        numbers = (estimates[prepared.name] * allowance.priors)[
+            np.array(allowance.kinds) == "drive"
+        ]
+        for index, port in enumerate(prepared.ports):
+            if DERIVATIVES.get(port.quantity) != 0 or not prepared.drives[index]:
+                continue
+            channel = prepared.record.channel(prepared.drives[index])
+            if not np.ptp(channel.values) > 0:
+                continue
+            begin = prepared.start / prepared.record.sample_rate
+            times = begin + np.arange(prepared.count) * prepared.step
+            curves, _ = _curves(channel, times)
+            own, numbers = numbers[: curves.shape[1]], numbers[curves.shape[1] :]
+            found[prepared.name] = (curves @ own, prepared.step)
+    return found
+
+
 def told_noise(channel: Channel) -> float:
     """Standard deviation of a told motion's own noise [unit of the channel].
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..model.law import Law
 from .allowance import Allowance, joined
-from .drive_error import drive_allowances
+from .drive_error import drive_allowances, estimated_errors
 from .fit import DOMINATED, Fit, learn_noise, solve
 from .free import Entry, own_shapes
 from .prepare import Prepared, coarser, shortened
@@ -209,8 +210,22 @@ def _own_of_laws(fit: Fit, problem: Problem) -> list[Entry]:
             if sensor.channel.name == place
         }
         known = [shared[shape.symbol] for shape in law.shapes if shape.guess is None]
+        if law.slot == "ripple":
+            told = held_out(_without(fit, place, law), problem).fit
+            opened = estimated_errors(told.model, told.estimates)
         found += own_shapes(law, place, known, opened)
     return found
+
+
+def _without(fit: Fit, place: str, law: Law) -> Fit:
+    """A fit whose model has forgotten a law; nothing is fitted again."""
+    keep = [i for i, e in enumerate(fit.model.entries) if e.keys[:2] != (place, law.name)]
+    model = replace(
+        fit.model,
+        entries=tuple(fit.model.entries[i] for i in keep),
+        causes=tuple(cause for cause in fit.model.causes if cause != (place, law)),
+    )
+    return replace(fit, model=model, x=fit.x[keep], covariance=fit.covariance[np.ix_(keep, keep)])
 
 
 def _told_motions(fit: Fit) -> Fit:

@@ -29,7 +29,7 @@ class Entry:
     Attributes:
         name: rig's name, ``PLACE/LAW`` for a law's strength, ``CHANNEL.offset`` and the like.
         slot: part of the plant's vector: numbers, strengths, start, drive, offset, gain, delay,
-            tilt; ``fault`` for what only a channel's reading knows.
+            tilt, ripple; ``fault`` for what only a channel's reading knows.
         keys: which elements of the slot it sets: names, or indices as text.
         record: the only record it belongs to; None where all share it.
         value: start value [SI].
@@ -242,7 +242,9 @@ def law_entry(
     if law.slot:
         is_input = any(c.name == place for p in records for c in p.record.inputs)
         slot, keys = ("drive" if is_input else SLOTS.get(law.slot, law.slot)), (place,)
-        if law.fault is None:
+        if law.slot == "ripple":
+            keys = (place, law.name, "")
+        elif law.fault is None:
             low = -math.inf
         else:
             keys = (place, law.name, "")
@@ -332,6 +334,8 @@ def slot_index(plant: Plant, prepared: Prepared, entry: Entry) -> int | None:
             if (place, law.name, symbol) == entry.keys:
                 return base + index
         return None
+    if entry.slot == "ripple":
+        return base + ("", "frequency", "phase").index(entry.keys[2])
     if entry.keys[0].isdigit():
         return base + int(entry.keys[0])
     names = (

@@ -23,6 +23,7 @@ from ..model.respond import force_responses
 from ..model.robot import Robot
 from ..model.sensors import carrier
 from ..model.tilt import leans
+from .drive_error import estimated_errors
 from .faults import DRIVE, FaultyReading, felt, told_motion
 from .fit import Fit
 from .free import Entry, law_entry, own_shapes, shape_entries
@@ -177,7 +178,10 @@ def entry_of(fit: Fit, cause: Cause) -> Entry:
     problem = fit.problem
     rotation = problem.mechanism.turns(place) if place in problem.scales else False
     scales = _scales_at(fit, cause)
-    unit = law.unit(rotation and not law.slot, _channel_unit(fit, place))
+    turns = rotation and not law.slot
+    if law.slot == "ripple":
+        turns = any(problem.mechanism.turns(joint) for joint in problem.mechanism.grounds)
+    unit = law.unit(turns, _channel_unit(fit, place))
     entry = law_entry(law, place, _natural(law, scales), unit, problem.records)
     names = numbers_at(fit, place, law.replaces) if law.replaces else []
     if names:
@@ -265,19 +269,25 @@ def trials_of(fit: Fit, cause: Cause) -> list[Attempt]:
         return [Attempt(cause, entry, ())]
     turns = not law.slot and fit.problem.mechanism.turns(place)
     scales, unit = _scales_at(fit, cause), _channel_unit(fit, place)
-    choices = [shape.trials(scales) for shape in law.shapes]
+    left = _left(fit, place)
+    choices = [s.sought(left) if s.sought and left else s.trials(scales) for s in law.shapes]
     if fit.model.places and law.acts:  # each trial is a march there: only the middle ones
         choices = [(values[len(values) // 2],) for values in choices]
     found = []
     for values in product(*choices):
         shared = shape_entries(law, place, values, turns, unit)
-        own = own_shapes(law, place, [e.value for e in shared], _left(fit, place))
+        own = own_shapes(law, place, [e.value for e in shared], left)
         found.append(Attempt(cause, entry, (*shared, *own)))
     return found
 
 
 def _left(fit: Fit, channel: str) -> dict[str, tuple[np.ndarray, float]]:
-    """What a channel shows beyond the model by record, shapes (n,) [SI], and its interval [s]."""
+    """What a channel shows beyond the model by record, shapes (n,) [SI], and its interval [s].
+
+    Of the drive: how far it was from what is told, as estimated.
+    """
+    if channel == DRIVE:
+        return estimated_errors(fit.model, fit.estimates)
     return {
         prepared.name: (fit.residual_of((prepared.name, channel)), sensor.step)
         for prepared in fit.problem.records

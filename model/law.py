@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -61,6 +61,8 @@ class Shape:
         guess: of a number that every record has of its own, as a phase is: what it is in a
             residual of shape (n,) [channel's unit] at a sampling interval [s], given the law's
             other shapes. None for a number that all records share.
+        sought: of a number that all records share, the values worth a trial as they look in these
+            residuals by record, each with its interval; then these stand for `trials`.
     """
 
     symbol: str
@@ -68,6 +70,7 @@ class Shape:
     trials: Callable[[Scales], tuple[float, ...]]
     of_channel: bool = False
     guess: Callable[[np.ndarray, float, tuple[float, ...]], float] | None = None
+    sought: Callable[[Mapping[str, tuple[np.ndarray, float]]], tuple[float, ...]] | None = None
 
     def unit(self, rotation: bool, channel_unit: str = "") -> str:
         """SI unit as text [-]; arguments as for `Law.unit`."""
@@ -130,7 +133,7 @@ class Law:
             [N or N m]; ``None`` for a law of a sensor.
         slot: for a law of a sensor, which number of the channel it moves: offset, gain or
             delay; ``fault`` where it misreads in its own way; ``axis`` where it looks another
-            way; ``load`` where it weighs on the rig.
+            way; ``ripple`` where it shakes what is told; ``load`` where it weighs on the rig.
         fault: that way.
         swing: for a law of a told motion, ``swing(strength, stretch, told, rows)``: the force that
             resists the stretch of each row of what is swung [N or N m]; see `supple.model.swung`

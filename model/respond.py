@@ -15,6 +15,7 @@ from .delay import shift
 from .linear import Array, StateSpace, make_step
 from .march import ActingRows, March, acting_space, march_rows, offset_mask, space_of
 from .plant import Plant, laws_of
+from .ripple import rippled
 from .swung_plant import swings_of, swung_readings, swung_rows
 from .tilt import tilted
 from .told import accelerated
@@ -24,6 +25,7 @@ from .told import accelerated
 def _simulate(
     bare: Plant, substeps: int, z: Array, acting: ActingRows, inputs: Array, step: Array
 ) -> tuple[Array, March]:
+    inputs = rippled(bare, z[bare.slots["ripple"]], inputs, step)
     bare, z, inputs = accelerated(bare, z, inputs, step)
     motion = march_rows(bare, substeps, z, acting, inputs, step)
     space = acting_space(bare, z, acting)

@@ -22,6 +22,7 @@ NAMED = {
     "coulomb_friction",
     "quadratic_damping",
     "clearance",
+    "drive_ripple",
     "gravity",
     "base_acceleration",
     "centrifugal_stiffening",
@@ -75,7 +76,7 @@ def test_a_law_says_what_it_is(name):
         *("reading", "response", "channel", "axis", "load", "drive"),
     )
     assert law.acts != bool(law.slot), "a force, or a number of a sensor"
-    assert law.slot in ("", "offset", "delay", "gain", "fault", "axis", "load")
+    assert law.slot in ("", "offset", "delay", "gain", "fault", "axis", "load", "ripple")
     assert (law.slot in ("axis", "load")) == (law.kind in ("axis", "load"))
     assert (law.slot == "fault") == (law.fault is not None)
     assert law.replaces in ("", "stiffness", "damping", "mass")
