@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from argparse import ArgumentParser
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from ..engine import start_engine
@@ -11,10 +12,30 @@ if TYPE_CHECKING:
     from .responses import Row
 
 
-def main() -> None:
-    """Measure and print; some minutes."""
+def main(words: Sequence[str] | None = None) -> None:
+    """Measure and print, all parts or those that are named; some minutes."""
+    parts = {
+        "responses": _responses,
+        "maps": _maps,
+        "planar": _planar,
+        "optimal": _optimal,
+        "first": _first,
+    }
+    parser = ArgumentParser("python -m supple.studies.benchmark", description=__doc__)
+    parser.add_argument("part", nargs="*", help=f"all of {', '.join(parts)} by default")
+    asked = parser.parse_args(words).part or list(parts)
+    for name in asked:
+        if name not in parts:
+            parser.error(f"expected one of {', '.join(parts)}, found '{name}'. Mend: name these.")
     start_engine()
-    from .responses import BATCH, GOAL, HELP_GOAL, SAMPLES, help_seconds, linear, with_law
+    for name in asked:
+        parts[name]()
+    if asked != ["first"]:
+        print("* what the ratios are against")
+
+
+def _responses() -> None:
+    from .responses import BATCH, GOAL, SAMPLES, linear, with_law
 
     print(f"{'':<46}{'error':>10}{'each':>12}{'ratio':>9}")
     print(f"A linear response of {SAMPLES} samples, {BATCH} at once, to an impact on the robot")
@@ -31,13 +52,6 @@ def main() -> None:
     print(f"  {coarse:.0f} times faster than the fastest setting, however coarse")
     print(f"A response of {SAMPLES} samples with friction in the wrist, alone")
     _show(with_law())
-    _maps()
-    _planar()
-    _optimal()
-    print("* what the ratios are against")
-    _first()
-    seconds = help_seconds()
-    print(f"supple --help: {seconds:.2f} s (goal {HELP_GOAL} s: {_met(seconds <= HELP_GOAL)})")
 
 
 def _maps() -> None:
@@ -84,6 +98,7 @@ def _goals(rows: list[Row], goals: Mapping[str, float]) -> None:
 
 def _first() -> None:
     from .first import GOALS, first_calls
+    from .responses import HELP_GOAL, help_seconds
 
     print("First call in a process of its own: compiled, and with compiled code on disk")
     for name, both in first_calls().items():
@@ -91,6 +106,8 @@ def _first() -> None:
         told = " and ".join(f"{spent:.2f} s" for spent in both)
         wanted = " and ".join(f"{goal:g}" for goal in GOALS)
         print(f"  {name:<42}{told:>20} (goals {wanted} s: {_met(met)})")
+    seconds = help_seconds()
+    print(f"supple --help: {seconds:.2f} s (goal {HELP_GOAL} s: {_met(seconds <= HELP_GOAL)})")
 
 
 def _met(yes: bool) -> str:

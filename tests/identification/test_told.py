@@ -1,0 +1,125 @@
+"""Laws tried from where the rig stands, on cases of the independent bench that hide them."""
+
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from supple.identification.diagnose import Diagnosis, diagnose, split_records
+from supple.identification.evidence import explained, least_explained
+from supple.identification.fit import Fit, fit_base
+from supple.identification.problem import make_problem
+from supple.identification.records import Record, read_record
+from supple.identification.screen import screen
+from supple.identification.told import told_trials
+from supple.identification.trial import promising
+from supple.model.rig import Rig, read_rig
+from tests.identification.test_trial import candidate
+
+ROOT = Path(__file__).parents[2]
+
+
+def drawn(folder: Path, law: str, place: str, seed: int) -> tuple[list[Record], Rig]:
+    command = [sys.executable, "-m", "tests.lab", "draw", "--bench", "A", "--seed", str(seed)]
+    command += ["--law", law, "--place", place, "--out", str(folder)]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    found = sorted((folder / "records").glob("*.toml"))
+    records = [read_record(path) for path in found if path.name != "rig.toml"]
+    return records, read_rig(folder / "records" / "rig.toml")
+
+
+def diagnosed(folder: Path, law: str, place: str, seed: int) -> tuple[list[str], Diagnosis]:
+    found = diagnose(*drawn(folder, law, place, seed))
+    return [trial.candidate.name for trial in found.accepted], found
+
+
+@pytest.fixture(scope="module")
+def ridden(tmp_path_factory: pytest.TempPathFactory) -> Fit:
+    """What becomes of the constants where a rider of 17 g rings on the head, and none is known."""
+    records, rig = drawn(tmp_path_factory.mktemp("ridden"), "extra_mode", "clubhead", 91002)
+    train, _, _ = split_records(records, ())
+    return fit_base(make_problem(train, rig))
+
+
+def test_what_constants_that_were_drawn_away_hide_shows_where_the_rig_stands(ridden):
+    name = "clubhead/extra_mode"
+    told, found = told_trials(ridden)
+    assert found[0].name == name
+    assert found[0].gain > 100 * next(c.gain for c in screen(ridden) if c.name == name)
+    shared = [i for i, e in enumerate(told.model.entries) if e.slot == "numbers"]
+    values = [told.value(i) for i in shared]
+    np.testing.assert_allclose(values, [told.model.entries[i].value for i in shared], rtol=1e-12)
+    assert not any("ringing" in a.kinds for a in told.model.allowances.values())
+
+
+def test_a_fit_at_the_noise_needs_no_other_point(ridden):
+    calm = cast(Any, SimpleNamespace(misfits={"a": SimpleNamespace(ratio=2.0)}))
+    assert told_trials(calm) == (calm, [])
+
+
+def test_before_a_recorded_blow_it_rests_where_its_springs_do(ridden):
+    struck = [p.name for p in ridden.problem.records if not p.free]
+    assert struck and all(p.at_rest for p in ridden.problem.records if not p.free)
+    for entry in ridden.model.entries:
+        if entry.slot == "start" and entry.record in struck:
+            assert entry.prior <= 1.01e-4 * entry.scale
+
+
+def fits(*gaps: dict[tuple[str, str], float]) -> list[Any]:
+    """Fits of channels of unit noise that are so far off everywhere."""
+    found = []
+    for gap in gaps:
+        floor = {key: SimpleNamespace(marginal_std=1.0) for key in gap}
+        misfits = {key: SimpleNamespace(ratio=size**2) for key, size in gap.items()}
+        found.append(
+            SimpleNamespace(
+                keys=tuple(gap),
+                misfits=misfits,
+                model=SimpleNamespace(problem=SimpleNamespace(floor=floor)),
+                predicted={key: np.zeros(10) for key in gap},
+                residual_of=lambda key, gap=gap: np.full(10, gap[key]),
+            )
+        )
+    return found
+
+
+def test_what_leaves_one_channel_as_wrong_as_it_was_is_told_apart():
+    head, encoder = ("one", "head"), ("one", "encoder")
+    before, after = fits({head: 100.0, encoder: 20.0}, {head: 2.0, encoder: 19.0})
+    assert explained(before, after) > 0.9
+    assert least_explained(before, after, 10.0) == pytest.approx(0.0977, abs=1e-3)
+    assert explained(before, after, "head") == pytest.approx((1e4 - 4) / (1e4 - 1))
+    calm = fits({head: 2.0, encoder: 2.0})[0]
+    assert least_explained(before, calm, 10.0) == 1.0, "nothing is left that dominates"
+
+
+def test_where_no_misfit_shows_all_must_promise_what_they_must_gain(ridden):
+    small, large = candidate("cubic_stiffness", 20.0), candidate("clearance", 400.0)
+    assert promising(ridden, [small, large])[0] is small, "the first is always tried"
+    assert promising(ridden, [small, large], 90.0) in ([large], [])
+    assert promising(ridden, [small], 90.0) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "law, place, seed, size",
+    [
+        ("extra_mode", "clubhead", 91002, None),  # its start after a blow is guessed
+        ("quadratic_damping", "clubhead", 91001, 0.6587),
+        ("sensor_tilt", "head_acc", 91002, 0.5908),
+        ("drive_ripple", "drive", 91001, 4.989e-4),
+    ],
+)
+def test_a_bench_that_hides_it_is_found_out(tmp_path, law, place, seed, size):
+    names, found = diagnosed(tmp_path, law, place, seed)
+    assert (found.status, names) == ("named", [f"{place}/{law}"])
+    assert found.held_after is not None and found.held_before is not None
+    assert found.held_after.nrmse < found.held_before.nrmse
+    if size is not None:
+        index = found.final.index(f"{place}/{law}")
+        error = max(3 * found.final.std(index), 0.02 * size)
+        assert abs(abs(found.final.value(index)) - size) < error
