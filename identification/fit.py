@@ -349,8 +349,14 @@ PATIENCE = 200
 a stiff sleeve and a soft shaft do, each step is short."""
 
 
-def settle(fit: Fit) -> Fit:
-    """Learn the noise law, weigh by it, fit again, and attach errors and scales."""
+def settle(fit: Fit, at_last: bool = True) -> Fit:
+    """Learn the noise law, weigh by it, fit again, and attach errors and scales.
+
+    Args:
+        fit: any.
+        at_last: whether to go on to the very minimum where errors of the model dominate; of a law
+            that leaves them as they are nobody needs to know it.
+    """
     for _ in range(3):
         floor = learn_noise(fit)
         # errors of told motions that nobody has estimated yet are not errors of the model
@@ -364,7 +370,7 @@ def settle(fit: Fit) -> Fit:
         fit = solve(model, fit.x, 40)
         if same:
             break
-    if not fit.converged:
+    if not fit.converged and (at_last or not _dominated(fit)):
         fit = solve(fit.model, fit.x, PATIENCE)
     problem = with_scales(fit.model, fit.x)
     fit = replace(fit, model=replace(fit.model, problem=problem))

@@ -143,7 +143,7 @@ def settled(fit: Fit, far: bool) -> Fit:
 
     Source: tests/identification/test_trial.py, tests/studies/test_demo.py.
     """
-    found = settle(fit)
+    found = settle(fit, at_last=False)
     if worst_ratio(found) > DOMINATED:
         found = _quieter(found, descended(fit))
     if worst_ratio(found) > DOMINATED:
@@ -162,7 +162,7 @@ def _quieter(found: Fit, start: Fit) -> Fit:
     """The better by far of two fits where errors of the model dominate the first one."""
     if loudness(start) > QUIETER * loudness(found):
         return found
-    other = settle(start)
+    other = settle(start, at_last=False)
     return other if loudness(other) < QUIETER * loudness(found) else found
 
 
