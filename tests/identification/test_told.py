@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from supple.identification.diagnose import Diagnosis, diagnose, split_records
+from supple.identification.diagnose import Diagnosis, diagnose, gains_unseen, split_records
 from supple.identification.evidence import explained, least_explained
 from supple.identification.fit import Fit, fit_base
 from supple.identification.problem import make_problem
@@ -102,6 +102,18 @@ def test_where_no_misfit_shows_all_must_promise_what_they_must_gain(ridden):
     assert promising(ridden, [small, large])[0] is small, "the first is always tried"
     assert promising(ridden, [small, large], 90.0) in ([large], [])
     assert promising(ridden, [small], 90.0) == []
+
+
+def test_only_a_first_cause_may_gain_nothing_unseen():
+    def told(nrmse: float) -> Any:
+        return cast(Any, SimpleNamespace(nrmse=nrmse, noise_floor=0.027))
+
+    assert gains_unseen(told(0.0289), told(0.0294), lenient=True)
+    assert not gains_unseen(told(0.0289), told(0.0294), lenient=False)
+    assert gains_unseen(told(0.0289), told(0.0280), lenient=False)
+    for lenient in (True, False):  # far from the noise a twentieth of the way must be gained
+        assert gains_unseen(told(0.1), told(0.05), lenient)
+        assert not gains_unseen(told(0.1), told(0.0999), lenient)
 
 
 @pytest.mark.slow
