@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..model.rig import Rig
+from .causes import hidden_masses
 from .evidence import (
     SURE_SHARE,
     believable,
@@ -20,10 +21,10 @@ from .evidence import (
 from .extend import HeldOut, extend, held_out, thinned, worst_ratio
 from .fit import DOMINATED, Fit, fit_base, solve
 from .form import within_form
-from .noise import ljung_box
 from .problem import Problem, make_problem
 from .records import Record, check_record_against_rig
-from .screen import VISIBLE, Candidate, alikeness, hidden_masses, screen
+from .screen import VISIBLE, Candidate, alikeness, screen
+from .standing import alike_pairs, floor_visibility, gains_unseen, misfit_chance, whiteness
 from .swung import is_swung
 from .told import from_told, told_trials
 from .trial import (
@@ -421,7 +422,7 @@ class _Search:
             tuple(self.trials),
             tuple(self.first),
             blind,
-            _alike_pairs(self.first),
+            alike_pairs(self.first),
             self.held_before,
             self.held_now,
             split,
@@ -440,12 +441,6 @@ RIVAL = 0.7
 """Alikeness below which two laws cannot both explain all of a misfit [-]."""
 
 
-def misfit_chance(fit: Fit) -> float:
-    """Chance of the worst channel's absolute misfit under the noise, for so many channels [-]."""
-    worst = min((misfit.p_value for misfit in fit.misfits.values()), default=1.0)
-    return min(worst * len(fit.misfits), 1.0)
-
-
 LEAST_GAIN = 0.05
 """Where errors of the model dominate, a law must take away this share of the cost, or
 `LEAST_STEP` of the misfit beyond noise [-]."""
@@ -453,45 +448,3 @@ LEAST_GAIN = 0.05
 SIMPLER = "refused: its simpler case foretells held-out records better"
 
 NO_GAIN = "refused: held-out records are foretold no better"
-
-
-def gains_unseen(before: HeldOut, after: HeldOut, lenient: bool) -> bool:
-    """Whether held-out records are foretold better, or as well where they were at the noise.
-
-    Only a first cause may be named that gains nothing unseen: once one is named, a small misfit
-    that is left may be of its form, which many laws mend a little.
-
-    Args:
-        before: without the cause.
-        after: with it.
-        lenient: whether 2 % more error is let pass where the noise is reached already.
-    """
-    if before.nrmse < 1.15 * before.noise_floor:
-        return after.nrmse < (1.02 if lenient else 1.0) * before.nrmse
-    reach = before.nrmse**2 - min(before.noise_floor, after.noise_floor) ** 2
-    return before.nrmse**2 - after.nrmse**2 > 0.05 * reach
-
-
-def floor_visibility(fit: Fit, candidate: Candidate) -> float:
-    """What a law of natural strength moves beyond all that is fitted, in noise units [-]."""
-    floor, noises = fit.problem.floor, fit.model.noises
-    ratios = [noises[key].marginal_std / floor[key].marginal_std for key in floor]
-    return candidate.visible * float(np.median(ratios))
-
-
-def _alike_pairs(candidates: Sequence[Candidate]) -> tuple[tuple[str, str, float], ...]:
-    pairs = []
-    for i, first in enumerate(candidates):
-        for second in candidates[i + 1 :]:
-            alike = alikeness(first, second)
-            if alike > 0.9:
-                pairs.append((first.name, second.name, alike))
-    return tuple(sorted(pairs, key=lambda pair: -pair[2])[:20])
-
-
-def whiteness(fit: Fit) -> float:
-    """Smallest Ljung-Box p-value of the channels' residuals under their noise floor [-]."""
-    values = []
-    for key in fit.keys:
-        values.append(ljung_box(fit.problem.floor[key].whiten(fit.residual_of(key))))
-    return float(min(min(values) * len(values), 1.0)) if values else 1.0

@@ -166,8 +166,9 @@ def _rivals(diagnosis: Mapping[str, Any], base: Fit, progress: Progress) -> list
 
 def _with(fit: Fit, pair: Sequence[str], progress: Progress) -> Fit | None:
     """The fit with one more law at its place; None where it cannot act there."""
+    from ..identification.causes import possible_causes
     from ..identification.extend import extend
-    from ..identification.screen import possible_causes, screen
+    from ..identification.screen import screen
 
     causes = [c for c in possible_causes(fit) if (c[1].name, c[0]) == tuple(pair)]
     if not causes:
@@ -180,8 +181,9 @@ def _at_natural(base: Fit, pair: Sequence[str]) -> Rival | None:
     """A law of natural strength, held there: what these records could not show."""
     from dataclasses import replace
 
+    from ..identification.causes import possible_causes
     from ..identification.experiment import Rival
-    from ..identification.screen import possible_causes, trials_of
+    from ..identification.screen import trials_of
 
     causes = [c for c in possible_causes(base) if (c[1].name, c[0]) == tuple(pair)]
     if not causes:

@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from supple.identification.causes import possible_causes
 from supple.identification.experiment import CLEAR, Rival, propose
 from supple.identification.extend import extend
 from supple.identification.fit import Fit, fit_base, solve
 from supple.identification.noise import Noise
 from supple.identification.possible_tests import NAME, planned_tests
 from supple.identification.problem import make_problem
-from supple.identification.screen import possible_causes, screen
+from supple.identification.screen import screen
 from supple.studies import cli
 from tests.identification.benches import Bench, make_bench
 

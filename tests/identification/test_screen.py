@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from supple.identification.causes import hidden_masses, possible_causes
 from supple.identification.extend import extend
 from supple.identification.fit import Fit, fit_base
 from supple.identification.problem import make_problem
@@ -15,8 +16,6 @@ from supple.identification.screen import (
     _force_columns,
     _held,
     alikeness,
-    hidden_masses,
-    possible_causes,
     screen,
     trials_of,
 )

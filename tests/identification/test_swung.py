@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from supple.identification.causes import possible_causes
 from supple.identification.diagnose import diagnose
 from supple.identification.fit import fit_base
 from supple.identification.problem import make_problem
 from supple.identification.records import read_record
-from supple.identification.screen import possible_causes, screen
+from supple.identification.screen import screen
 from supple.identification.swung import SMALL, has_springs, is_swung, swings
 from supple.model.law import library
 from supple.model.rig import read_rig
