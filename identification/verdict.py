@@ -252,7 +252,10 @@ def parameters_json(before: Fit, after: Fit) -> dict[str, Any]:
 
 
 def nuisances_json(fit: Fit) -> dict[str, Any]:
-    """Offsets, tolerances and drives' zeros of a fit [SI]; start states are left out."""
+    """Offsets, tolerances and drives' zeros of a fit [SI]; start states are left out.
+
+    A number that nothing was known of before, as a phase, has no tolerance.
+    """
     found = {}
     for i, entry in enumerate(fit.model.entries):
         if entry.nuisance and entry.slot != "start":
@@ -260,7 +263,7 @@ def nuisances_json(fit: Fit) -> dict[str, Any]:
                 "value": fit.value(i) - entry.center,
                 "std": fit.std(i),
                 "unit": entry.unit,
-                "tolerance": entry.prior,
+                "tolerance": entry.prior if np.isfinite(entry.prior) else None,
             }
     return found
 
