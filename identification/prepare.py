@@ -137,6 +137,7 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
     told = np.stack(columns, axis=1) if columns else np.zeros((count, 0))
     inputs = _continued(told, ports, padded)
     calm = calm_from(record) if isinstance(mechanism, Robot) else 0.0
+    drives = [(c.quantity, column) for c, column in zip(record.inputs, columns, strict=True)]
     sensors = tuple(_sensor(channel, times, rate, padded, calm) for channel in responses)
     first = sensors[0].values
     free = not any(np.ptp(column) > 0 for column in columns)
@@ -159,7 +160,8 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
         free,
         dict(record.parameters),
         opening,
-        calm > 0 or (not free and begins_at_rest([(s.port.quantity, s.values) for s in sensors])),
+        calm > 0
+        or (not free and begins_at_rest([(s.port.quantity, s.values) for s in sensors], drives)),
         tuple(channel.name for channel in record.inputs),
         _since(record, start),
     )

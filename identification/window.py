@@ -39,11 +39,29 @@ def faded_at(record: Record, start: int) -> int:
 
 REST = 0.1
 """A driven record whose first samples move slower than this share of its fastest motion began at
-rest [-]."""
+rest [-], unless what drives it moves already."""
+
+STILL = 1e-3
+"""A told motion that begins faster than this share of its fastest moves already [-]: a swing's
+record may begin in the middle of it, where all is slow beside the impact but not at rest."""
 
 
-def begins_at_rest(seen: Sequence[tuple[str, np.ndarray]]) -> bool:
-    """Whether a driven record begins at rest, by the quantity and values of its channels [SI]."""
+def begins_at_rest(
+    seen: Sequence[tuple[str, np.ndarray]], told: Sequence[tuple[str, np.ndarray]] = ()
+) -> bool:
+    """Whether a driven record begins at rest.
+
+    Args:
+        seen: quantity and values of each response [SI].
+        told: the same of each input; forces and accelerations may begin at once.
+    """
+    for quantity, values in told:
+        order = DERIVATIVES.get(quantity, 2)
+        if order > 1 or not np.ptp(values) > 0:
+            continue
+        rate = np.diff(values) if order == 0 else values
+        if abs(np.mean(rate[:3])) > STILL * np.max(np.abs(rate)):
+            return False
     for quantity, values in seen:
         rate = np.abs(np.gradient(values)) if DERIVATIVES[quantity] == 0 else np.abs(values)
         few = max(4, len(rate) // 10000)

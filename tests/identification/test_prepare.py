@@ -18,6 +18,7 @@ from supple.identification.prepare import (
     shortened,
 )
 from supple.identification.records import Channel, Record, read_record
+from supple.identification.window import begins_at_rest
 from supple.model.mechanism import mechanism_of
 from supple.model.rig import read_rig
 
@@ -282,3 +283,18 @@ def test_a_record_too_short_after_its_release_is_refused(tmp_path):
     deaf = replace(record, channels=())
     with pytest.raises(ValueError, match=r"at least one with role = 'response'.*Mend: "):
         prepared(deaf)
+
+
+def test_a_swings_window_that_begins_slowly_does_not_begin_at_rest():
+    """What an impact makes small is not still: told motions must begin still, forces need not."""
+    times = np.linspace(0.0, 1.0, 400)
+    swing = ("acceleration", np.exp(6.0 * (times - 1.0)) ** 2)
+    still = ("angle", 2.0 * np.maximum(times - 0.02, 0.0) ** 2)
+    moving = ("angle", 0.01 * times + still[1])
+    assert begins_at_rest([swing])
+    assert begins_at_rest([swing], [still])
+    assert not begins_at_rest([swing], [still, moving])
+    assert not begins_at_rest([swing], [("angular_velocity", 0.01 + times)])
+    for quantity in ("force", "torque", "acceleration"):
+        assert begins_at_rest([swing], [(quantity, 1.0 - times)])
+    assert not begins_at_rest([("acceleration", np.cos(40.0 * times))], [still])

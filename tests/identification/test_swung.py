@@ -110,5 +110,6 @@ def test_a_swing_that_lacks_nothing_is_given_nothing(measured, tmp_path):
         plain.append(replace(one, acceleration=noisy[:, 0], deflection=noisy[:, 1]))
     records, rig = read(plain, tmp_path)
     found = diagnose(records, rig)
-    assert not {trial.law.name for trial in found.accepted} & set(LACKING)
-    assert found.status in ("adequate", "named")
+    assert found.status == "adequate"
+    assert not found.accepted
+    assert all(misfit.ratio < 1.3 for misfit in found.final.misfits.values())
