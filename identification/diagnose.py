@@ -247,7 +247,8 @@ class _Search:
                 rivals = [] if rank else self._rivals(trial, trials)
                 self._accept([trial], rivals)
                 return True
-            if rank == 0 and trial.verdict == NO_GAIN and self._pair(trial):
+            alone = not rank and not self.accepted  # later pairs are two stand-ins more
+            if alone and trial.verdict == NO_GAIN and self._pair(trial):
                 return True
         return False
 
@@ -341,12 +342,15 @@ class _Search:
     def _half_asked(self, trial: Trial) -> bool:
         """Whether a law must take away half of what is left.
 
-        So it is once what small motions leave out of a swing explains nearly all: what is left is
-        of a club that is no lumped one, of which many laws take a little.
+        So it is once a cause is named and what is left is no more than a lumped club leaves of a
+        real one, or once what small motions leave out of a swing explains nearly all: of that,
+        many laws take a little.
         """
         problem = self.base.problem
         named = any(is_swung(problem, one.candidate.cause) for one in self.accepted)
         more = not is_swung(problem, trial.candidate.cause)
+        if self.accepted and within_form(self.fit):
+            return True
         return named and more and explained(self.base, self.fit) >= SURE_SHARE
 
     def _simpler(self, trial: Trial, trials: Sequence[Trial]) -> Trial:

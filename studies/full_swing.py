@@ -181,24 +181,31 @@ def at_full_size(swings: Sequence[MeasuredSwing]) -> list[dict[str, Any]]:
         ``with`` (the law that comes next; the planar model last) and, for each channel, root mean
         square of the difference over that of what was measured, up to the ball [-].
     """
-    from ..model.planar import GRAVITY
-    from ..model.swung import first_moment
     from .thesis.swing_diagnosis import LACKING
 
     gaps: dict[str, list[tuple[float, float]]] = {}
     for swing in swings:
-        weight = first_moment(swing.numbers()) * GRAVITY * float(np.sin(swing.inclination))
-        sizes = {"arm": ("share", 1.0), "clubhead": ("share", 1.0), "collet": ("moment", weight)}
-        tables = [
-            {"law": law, "place": place, "parameters": dict([sizes[place]])}
-            for law, place in zip(LACKING, sizes, strict=True)
-        ]
+        tables = full_size_laws(swing)
         for count, name in enumerate((NONE, *LACKING)):
             gaps.setdefault(name, []).append(_gap(swing, _linear_samples(swing, tables[:count])))
         gaps.setdefault(PLANAR, []).append(_gap(swing, _planar_samples(swing)[1]))
     return [
         {"with": name, **dict(zip(CHANNELS, map(_rms, np.array(found).T), strict=True))}
         for name, found in gaps.items()
+    ]
+
+
+def full_size_laws(swing: MeasuredSwing) -> list[dict[str, Any]]:
+    """What the thesis's model lacks of a swing at the planar model's size, as laws of a rig [SI]."""
+    from ..model.planar import GRAVITY
+    from ..model.swung import SWUNG_HEAD, first_moment
+    from .thesis.swing_diagnosis import LACKING
+
+    weight = first_moment(swing.numbers()) * GRAVITY * float(np.sin(swing.inclination))
+    sizes = {"arm": ("share", 1.0), SWUNG_HEAD: ("share", 1.0), "club": ("moment", weight)}
+    return [
+        {"law": law, "place": place, "parameters": dict([sizes[place]])}
+        for law, place in zip(LACKING, sizes, strict=True)
     ]
 
 

@@ -62,6 +62,14 @@ def test_shares_add_up_and_sizes_are_those_of_the_planar_model():
     assert (rows[1]["size"], rows[2]["size"]) == (0.9, None)
 
 
+def test_the_laws_at_full_size_come_near_the_planar_model(swings):
+    (one,) = swings
+    laws = full_swing.full_size_laws(one)
+    lacks, has = (full_swing._linear_samples(one, part)["head"] for part in ([], laws))
+    plane = full_swing._planar_samples(one)[1]["head"]
+    assert np.std(has - plane) < 0.1 * np.std(lacks - plane)
+
+
 @pytest.fixture
 def unswept(monkeypatch):
     whole = [{"with": "none", "head": 0.5, "shaft": 0.25}]
