@@ -196,7 +196,7 @@ def at_full_size(swings: Sequence[MeasuredSwing]) -> list[dict[str, Any]]:
 
 
 def full_size_laws(swing: MeasuredSwing) -> list[dict[str, Any]]:
-    """What the thesis's model lacks of a swing at the planar model's size, as laws of a rig [SI]."""
+    """What the thesis's model lacks of a swing at the planar model's size, as laws [SI]."""
     from ..model.planar import GRAVITY
     from ..model.swung import SWUNG_HEAD, first_moment
     from .thesis.swing_diagnosis import LACKING
