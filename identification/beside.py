@@ -31,23 +31,29 @@ def each(
     Args:
         function: of one item; it may not call `each` itself.
         items: any.
-        compiled: what an item's call compiles; the first of each goes alone.
+        compiled: what an item's call compiles; the first of each goes before others like it.
 
     Returns:
         As many as items; the first fault of the function is raised.
 
     Source: tests/identification/test_beside.py.
     """
-    found: dict[int, Found] = {}
+    new: dict[Hashable, int] = {}
     for index, item in enumerate(items):
         key = compiled(item)
         if key not in _COMPILED:
-            found[index] = function(item)
-            _COMPILED.add(key)
+            new.setdefault(key, index)
+    found = _side_by_side(function, items, list(new.values()))
+    _COMPILED.update(new)
     left = [index for index in range(len(items)) if index not in found]
-    if len(left) == 1:
-        found[left[0]] = function(items[left[0]])
-    elif left:
-        told = _pool(os.getpid()).map(function, [items[index] for index in left])
-        found |= zip(left, told, strict=True)
+    found |= _side_by_side(function, items, left)
     return [found[index] for index in range(len(items))]
+
+
+def _side_by_side(
+    function: Callable[[Item], Found], items: Sequence[Item], which: Sequence[int]
+) -> dict[int, Found]:
+    if len(which) == 1:
+        return {which[0]: function(items[which[0]])}
+    told = _pool(os.getpid()).map(function, [items[index] for index in which])
+    return dict(zip(which, told, strict=True))

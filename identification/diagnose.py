@@ -313,15 +313,18 @@ class _Search:
             return replace(trial, verdict="refused: it takes away next to none of the misfit")
         if trial.delta_bic < LEAST_EVIDENCE:
             return replace(trial, verdict=f"refused: BIC falls by only {trial.delta_bic:.1f}")
-        fit = settled(trial.fit, worst_ratio(before) > DOMINATED)
-        trial = replace(trial, fit=fit)
-        share = explained(before, fit)
         shown = misfit_chance(before) < MISFIT_SHOWN or trial.delta_bic > BEYOND_DOUBT
         if not shown and trial.delta_bic < UNSHOWN:
             return replace(trial, verdict=f"refused: no misfit shows, {trial.delta_bic:.0f} of BIC")
-        if share < (LEAST_STEP if shown and not self._half_asked(trial) else LEAST_SHARE):
-            words = f"refused: it explains only {100 * share:.0f} % of the misfit beyond the noise"
-            return replace(trial, verdict=words)
+        asked = LEAST_STEP if shown and not self._half_asked(trial) else LEAST_SHARE
+        share = explained(before, trial.fit)
+        if share < HALFWAY * asked:
+            return replace(trial, verdict=_explains_only(share))
+        fit = settled(trial.fit, worst_ratio(before) > DOMINATED)
+        trial = replace(trial, fit=fit)
+        share = explained(before, fit)
+        if share < asked:
+            return replace(trial, verdict=_explains_only(share))
         index = fit.index(trial.candidate.entry.label)
         told = trial.delta_bic > UNSHOWN and misfit_chance(fit) > MISFIT_SHOWN
         if abs(fit.value(index)) < 3.0 * fit.std(index) and not told:
@@ -440,6 +443,14 @@ def _may_rival(candidate: Candidate, done: Candidate) -> bool:
     names = {limit_of(candidate), limit_of(done)}
     return bool(names & {candidate.name, done.name}) or alikeness(candidate, done) > RIVAL
 
+
+def _explains_only(share: float) -> str:
+    return f"refused: it explains only {100 * share:.0f} % of the misfit beyond the noise"
+
+
+HALFWAY = 0.5
+"""A trial that explains less than this share of what it must is refused before its noise laws are
+learned, which takes longest and moves little [-]."""
 
 RIVAL = 0.7
 """Alikeness below which two laws cannot both explain all of a misfit [-]."""
