@@ -7,9 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
+from .clubhead_arc import STRAIGHT
 from .clubhead_ball import Ball
 from .clubhead_face import Face
-from .clubhead_impact import LONGEST, ROUGH, SHORTEST, UNITS, Impact, approach_of, arrive
+from .clubhead_impact import (
+    LONGEST,
+    ROUGH,
+    SHORTEST,
+    UNITS,
+    Impact,
+    approach_of,
+    arrive,
+    window_of,
+)
 from .clubhead_path import DEGREE, Smooth, notch, smooth_path
 from .clubhead_pose import FEWEST, Poses, fit_poses
 
@@ -146,7 +156,7 @@ def measure_clubhead(swing: Swing, club: Club, ball: Ball | None = None) -> Club
         expected = f"more than {DEGREE + 2} frames with {FEWEST} markers that agree with the cloud"
         raise _wrong(swing, expected, f"{poses.found.sum()} of {len(places)}", "check the names")
     impact, told = _impact(swing, club, ball, poses, axes)
-    width = impact.frames if impact else max(SHORTEST, round(LONGEST * swing.rate))
+    width = impact.smoothed if impact else max(SHORTEST, round(LONGEST * swing.rate))
     segment = _segments(len(places), swing.rate, impact)
     curves = _curves(club.face, poses, axes, swing.rate, width, segment)
     losses, more = _losses(curves, impact, segment)
@@ -241,7 +251,8 @@ def _impact(
     rows = rows[rows > rows[-1] - longest] if len(rows) else rows
     if len(rows) < DEGREE + 3:
         return None, [f"Only {len(rows)} frames come before the impact: too few for its speed."]
-    approach = approach_of(poses.position, axes, poses.covariance, rows, swing.rate)
+    seen = poses.position, axes, poses.covariance, rows, swing.rate
+    approach, smoothed = approach_of(*seen), window_of(approach_of(*seen, STRAIGHT))
     after = ((0.5 + frame - rows[-1]) / swing.rate, 0.6 / swing.rate)
     values, stds, count, chi2, quantile = arrive(approach, club.face, ball, after, poses.freedom)
     if chi2 > ROUGH and np.sqrt(chi2) * poses.noise > LEAST_ROUGHNESS:
@@ -253,7 +264,7 @@ def _impact(
         return None, ["The frames before the impact give no motion towards the ball."]
     values["time"] += rows[-1] / swing.rate
     by = "notch" if ball is None else "ball"
-    return Impact(values, stds, quantile, frame, count, chi2, by, tuple(words)), words
+    return Impact(values, stds, quantile, frame, count, smoothed, chi2, by, tuple(words)), words
 
 
 def _reached(face: Face, ball: Ball, poses: Poses, axes: np.ndarray, likely: float) -> int | None:

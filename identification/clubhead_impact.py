@@ -8,11 +8,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from scipy.stats import t as student
 
+from .clubhead_arc import Arc, arc_of
 from .clubhead_ball import Ball
 from .clubhead_face import Face, turn_matrix, turn_rate
 from .clubhead_path import DEGREE
 
-LONGEST = 0.012
+LONGEST = 0.015
 """Longest stretch before the impact that is fitted [s]."""
 
 SHORTEST = 12
@@ -47,6 +48,7 @@ class Impact:
         quantile: half of a 95 % interval in standard deviations [-].
         frame: the last frame before the impact.
         frames: how many were fitted [-].
+        smoothed: over how many polynomials follow the club without its arc [-].
         reduced_chi2: misfit of the smooth motion in the power of the noise [-].
         by: ``ball`` or ``notch``: what told the instant.
         warnings: what is in doubt, in sentences.
@@ -57,6 +59,7 @@ class Impact:
     quantile: float
     frame: int
     frames: int
+    smoothed: int
     reduced_chi2: float
     by: str
     warnings: tuple[str, ...]
@@ -68,19 +71,27 @@ class Approach:
 
     Attributes:
         times: from the last frame, shape (n,) [s].
-        values: middle of the face [m] and turn from the last frame [rad], shape (n, 6).
+        values: middle of the face beside its arc [m], and turn from the last frame of a face that
+            went back along the arc [rad], shape (n, 6).
         covariance: shape (n, 6, 6) [m^2, m rad, rad^2].
         turn: the face's axes in the last frame, shape (3, 3) [-].
+        arc: on which the face swings.
     """
 
     times: np.ndarray
     values: np.ndarray
     covariance: np.ndarray
     turn: np.ndarray
+    arc: Arc
 
 
 def approach_of(
-    center: np.ndarray, axes: np.ndarray, covariance: np.ndarray, rows: np.ndarray, rate: float
+    center: np.ndarray,
+    axes: np.ndarray,
+    covariance: np.ndarray,
+    rows: np.ndarray,
+    rate: float,
+    arc: Arc | None = None,
 ) -> Approach:
     """Gathers the frames before an impact.
 
@@ -90,18 +101,22 @@ def approach_of(
         covariance: of center and turn, shape (n, 6, 6) [m^2, m rad, rad^2].
         rows: the frames; the last is the reference.
         rate: frames a second [Hz].
+        arc: on which the face swings; as the frames tell where None.
 
     Returns:
         The frames.
     """
-    turn = axes[rows[-1]]
-    vector = Rotation.from_matrix(axes[rows] @ turn.T).as_rotvec()
-    back = np.linalg.inv(turn_rate(vector))
+    turn, times = axes[rows[-1]], (rows - rows[-1]) / rate
+    arc = arc_of(times, center[rows]) if arc is None else arc
+    on_arc, turned, _, _ = arc.state(times)
+    unturned = np.swapaxes(turned, 1, 2)
+    vector = Rotation.from_matrix(unturned @ axes[rows] @ turn.T).as_rotvec()
+    back = np.linalg.inv(turn_rate(vector)) @ unturned
     whole = np.zeros((len(rows), 6, 6))
     whole[:, :3, :3], whole[:, 3:, 3:] = np.eye(3), back
     own = whole @ covariance[rows] @ np.swapaxes(whole, 1, 2)
-    values = np.concatenate([center[rows], vector], axis=1)
-    return Approach((rows - rows[-1]) / rate, values, own, turn)
+    values = np.concatenate([center[rows] - on_arc, vector], axis=1)
+    return Approach(times, values, own, turn, arc)
 
 
 def _fit(approach: Approach, count: int, degree: int) -> tuple[np.ndarray, np.ndarray, float]:
@@ -122,19 +137,22 @@ def _fit(approach: Approach, count: int, degree: int) -> tuple[np.ndarray, np.nd
     return solved.reshape(degree + 1, 6), covariance, float(rest @ rest) / free
 
 
-def _window(approach: Approach) -> int:
+def window_of(approach: Approach) -> int:
     """The longest window whose truncation is small beside its noise [frames]."""
     longest = len(approach.times)
     if longest <= SHORTEST:
         return longest
-    fourth, _, _ = _fit(approach, longest, DEGREE + 1)
+    solved, covariance, _ = _fit(approach, longest, DEGREE + 1)
+    # of what noise alone may have made of it, nothing is held against a window
+    noise = np.sqrt(np.diag(covariance).reshape(solved.shape)[-1])
+    fourth = solved[-1] * np.maximum(1.0 - (noise / solved[-1]) ** 2, 0.0)
     span = -approach.times[0]
     for count in range(longest, SHORTEST, -1):
         times = approach.times[-count:]
         scale = -times[0]
         powers = (times / scale)[:, None] ** np.arange(DEGREE + 1)
         solver = np.linalg.pinv(powers)
-        missed = (solver @ (times / span) ** (DEGREE + 1))[1] / scale * fourth[-1]
+        missed = (solver @ (times / span) ** (DEGREE + 1))[1] / scale * fourth
         own = np.einsum("n,nii->i", solver[1] ** 2, approach.covariance[-count:]) / scale**2
         if np.all(np.abs(missed) <= TRUNCATION * np.sqrt(own)):
             return count
@@ -145,7 +163,8 @@ class _Arrival:
     """The smooth motion, evaluated for many sets of coefficients at once."""
 
     def __init__(self, approach: Approach, scale: float, face: Face, radius: float) -> None:
-        self.turn, self.scale, self.face, self.radius = approach.turn, scale, face, radius
+        self.turn, self.arc = approach.turn, approach.arc
+        self.scale, self.face, self.radius = scale, face, radius
 
     def state(self, coefficients: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, ...]:
         """Center [m], axes, velocity [m/s] and angular velocity [rad/s] at some times [s]."""
@@ -153,9 +172,11 @@ class _Arrival:
         place = np.einsum("np,npk->nk", powers, coefficients)
         rates = np.arange(1, DEGREE + 1) * powers[:, :-1] / self.scale
         slope = np.einsum("np,npk->nk", rates, coefficients[:, 1:])
-        axes = turn_matrix(place[:, 3:]) @ self.turn
-        turning = np.einsum("nij,nj->ni", turn_rate(place[:, 3:]), slope[:, 3:])
-        return place[:, :3], axes, slope[:, :3], turning
+        on_arc, turned, velocity, along = self.arc.state(times)
+        axes = turned @ turn_matrix(place[:, 3:]) @ self.turn
+        own = np.einsum("nij,nj->ni", turn_rate(place[:, 3:]), slope[:, 3:])
+        turning = along + np.einsum("nij,nj->ni", turned, own)
+        return on_arc + place[:, :3], axes, velocity + slope[:, :3], turning
 
     def gap(
         self, coefficients: np.ndarray, times: np.ndarray, ball: np.ndarray
@@ -217,7 +238,7 @@ def arrive(
         Values and standard deviations by name (SI units as in UNITS, time from the last frame),
         frames fitted, reduced chi2, and the quantile of a 95 % interval [-].
     """
-    count = _window(approach)
+    count = window_of(approach)
     solved, covariance, chi2 = _fit(approach, count, DEGREE)
     covariance = covariance * max(1.0, chi2 if chi2 > ROUGH else 1.0)
     arrival = _Arrival(approach, -approach.times[-count], face, ball.radius if ball else 0.0)

@@ -90,7 +90,9 @@ def _swing(head: Clubhead) -> dict[str, Any]:
         "smoothing": {
             "frames": head.width,
             "bandwidth": bandwidth(head.width, rate),
-            "bandwidth_at_impact": bandwidth(head.width, rate, at_end=True),
+            "bandwidth_at_impact": bandwidth(
+                head.impact.frames if head.impact else head.width, rate, at_end=True
+            ),
             "unit": "Hz",
         },
         "toe_and_heel_at": REACH,

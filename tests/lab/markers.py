@@ -12,6 +12,10 @@ INERTIA = np.array([3.0e-4, 2.5e-4, 4.5e-4])  # about the face's normal, left, u
 CENTER_OF_MASS = np.array([-0.03, 0.0, 0.0])  # behind the middle of the face [m]
 
 
+WANDER = np.array([9.0, 14.0, 6.0])  # how fast the swing's axis wanders: ahead, aside, up [rad/s]
+PHASES = np.array([0.0, 1.2, 0.5])
+
+
 def turning(axis: str, angle: np.ndarray | float) -> np.ndarray:
     """The matrices as the thesis prints them, eq. 3a, 3b, 3c."""
     angle = np.asarray(angle, dtype=float)
@@ -83,6 +87,7 @@ def make_swing(
     touch: tuple[float, float] | None = None,
     curved: tuple[float, float] | None = None,
     least: int = 3,
+    hub: float = 0.0,
 ) -> MadeUp:
     """One swing: the club turns about an axis behind the golfer, on a slanted plane, and closes.
 
@@ -93,6 +98,7 @@ def make_swing(
         touch: where the ball touches, toe and up [m]; drawn where None.
         curved: radii of bulge and roll [m]; flat where None.
         lost: most that may be lost of the markers in a frame; `least` always stay.
+        hub: how far the axis wanders meanwhile, so that the path is no circle [m].
     """
     rng = np.random.default_rng(seed)
     speed, radius = rng.uniform(30.0, 52.0), rng.uniform(1.5, 1.9)
@@ -115,11 +121,14 @@ def make_swing(
         angle = omega * t + 0.5 * gain * omega * t**2 * 20.0
         swung = about(turn_axis, angle)
         own = about(square[:, 2], closing * t * np.cos(8.0 * t))
-        return swung @ own @ square, place + np.einsum("nij,j->ni", swung, spoke) - spoke
+        waves = np.sin(np.outer(t, WANDER) + PHASES) - np.sin(PHASES)
+        away = place + hub * waves @ heading.T
+        return swung @ own @ square, away + np.einsum("nij,j->ni", swung, spoke) - spoke
 
     rotation, position = motion(times)
     rate_of_turn = omega * turn_axis + closing * square[:, 2]
     velocity = np.cross(omega * turn_axis, spoke)
+    velocity = velocity + hub * heading @ (WANDER * np.cos(PHASES))
     foot, normal = np.array([0.0, -toe, up]), np.array([1.0, 0.0, 0.0])
     if curved is not None:
         foot[0] = -(toe**2) / (2 * curved[0]) - up**2 / (2 * curved[1])
@@ -142,7 +151,8 @@ def make_swing(
     rates = np.linalg.solve(columns, rate_of_turn)
     arm = np.cross(rate_of_turn, square @ np.array([0.0, -0.03, 0.0]))
     truth = Truth(
-        alpha, beta, gamma, speed, float(np.arctan2(velocity[1], velocity[0])),
+        alpha, beta, gamma, float(np.linalg.norm(velocity)),
+        float(np.arctan2(velocity[1], velocity[0])),
         float(np.arctan2(velocity[2], np.hypot(velocity[0], velocity[1]))), toe, up,
         (before - 1 + late) / rate, float(np.linalg.norm(velocity + arm)),
         float(np.linalg.norm(velocity - arm)), float(rates[2]),
