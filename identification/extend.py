@@ -210,11 +210,18 @@ def _own_of_laws(fit: Fit, problem: Problem) -> list[Entry]:
             if sensor.channel.name == place
         }
         known = [shared[shape.symbol] for shape in law.shapes if shape.guess is None]
-        if law.slot == "ripple":
-            told = held_out(_without(fit, place, law), problem).fit
-            opened = estimated_errors(told.model, told.estimates)
-        found += own_shapes(law, place, known, opened)
+        if law.slot != "ripple":
+            found += own_shapes(law, place, known, opened)
+            continue
+        told = held_out(_without(fit, place, law), problem).fit
+        guessed = own_shapes(law, place, known, estimated_errors(told.model, told.estimates))
+        found += [replace(phase, center=phase.value, prior=PHASE) for phase in guessed]
     return found
+
+
+PHASE = 0.05
+"""Standard deviation of a ripple's phase as the whole record shows it [rad]; the record's opening,
+in which the drive hardly moves yet, tells nothing of it."""
 
 
 def _without(fit: Fit, place: str, law: Law) -> Fit:
