@@ -37,13 +37,18 @@ STALLED = 1e-9
 """Length of a step beside that of the unknowns at which a descent ends [-]."""
 
 
+STRIDE = 12
+"""Steps over which a descent is asked whether it crawls [-]: along the kinks that a law's corners
+make, each step is short and gains next to nothing, without an end."""
+
+
 @dataclass(frozen=True)
 class Descent:
     """Where a descent ended.
 
     Attributes:
         x: the unknowns, shape (d,) [-].
-        converged: whether nothing was left to gain, rather than patience.
+        converged: whether nothing was left to gain; else patience ended.
         evaluations: steps that were tried [-].
     """
 
@@ -80,6 +85,7 @@ def descend(
     pairs: Sequence[Pair] = (),
     evaluations: int = 40,
     tolerance: float = 1e-7,
+    crawling: float = 0.0,
 ) -> Descent:
     """Minimise a sum of squares within bounds from one start.
 
@@ -91,6 +97,7 @@ def descend(
         pairs: springs, as of `spring_pairs`; they are walked in compliance and loss.
         evaluations: the most steps that are tried.
         tolerance: share of the sum of squares that is not worth a step [-].
+        crawling: share of it that `STRIDE` steps must gain together, or patience ends [-].
 
     Returns:
         The descent; `converged` is false where `evaluations` ended it.
@@ -103,7 +110,11 @@ def descend(
     here = residual(x)
     cost, tried = float(here @ here), 1
     near, radius = None, np.inf
+    passed = [cost]
     while tried < evaluations:
+        if tried >= STRIDE and passed[-STRIDE] - cost < crawling * cost:
+            return Descent(x, False, tried)
+        passed.append(cost)
         if near is None:
             slope = np.clip(np.nan_to_num(jacobian(x)), -WILD, WILD)
             near = _Near(x, here, slope, low, high, tuple(pairs))

@@ -11,6 +11,7 @@ from ..model.rig import Rig
 from .causes import hidden_masses
 from .evidence import (
     SURE_SHARE,
+    at_its_end,
     believable,
     delta_bic,
     excess,
@@ -18,8 +19,8 @@ from .evidence import (
     least_explained,
     on_bounds,
 )
-from .extend import HeldOut, extend, held_out, thinned, worst_ratio
-from .fit import DOMINATED, Fit, fit_base, solve
+from .extend import HeldOut, extend, held_out, thinned, without, worst_ratio
+from .fit import CRAWL, DOMINATED, Fit, fit_base, polished, settle, solve
 from .form import within_form
 from .problem import Problem, make_problem
 from .records import Record, check_record_against_rig
@@ -331,6 +332,8 @@ class _Search:
             return replace(trial, verdict="refused: its interval holds zero")
         if trial.candidate.law.slot == "delay" and abs(fit.value(index)) < interval(trial):
             return replace(trial, verdict="refused: it is shorter than a sampling interval")
+        if at_its_end(fit, index):
+            return replace(trial, verdict="refused: it would have to be larger than it can be")
         pushed = set(on_bounds(fit)) - set(on_bounds(before, 2.0))
         if pushed and share < LEAST_SHARE:
             which = ", ".join(sorted(pushed))
@@ -385,10 +388,31 @@ class _Search:
         return False
 
     def _accept(self, trials: list[Trial], rivals: list[Trial]) -> None:
+        last = trials[-1]
+        fit = polished(last.fit)
+        if fit is not last.fit:
+            trials = [*trials[:-1], replace(last, fit=fit, held=self._foretell(fit))]
         self.accepted += trials
         self.rivals += rivals
         self.fit, self.held = trials[-1].fit, trials[-1].held
-        self.stages += [trial.fit for trial in trials]
+        self._drop_idle()
+        self.stages = [self.base, *(trial.fit for trial in self.accepted)]
+
+    def _drop_idle(self) -> None:
+        """The backward step: causes that a later one made idle are none."""
+        for trial in self.accepted[:-1]:
+            place, law = trial.candidate.cause
+            self.progress(f"trying without {trial.candidate.name}")
+            bare = without(self.fit, place, law)
+            bare = solve(bare.model, bare.x, 40, CRAWL)
+            gain = delta_bic(bare, self.fit)
+            if gain >= (UNSHOWN if misfit_chance(bare) > MISFIT_SHOWN else LEAST_EVIDENCE):
+                continue
+            fit = polished(settle(bare, at_last=False))
+            last = replace(self.accepted[-1], fit=fit, held=self._foretell(fit))
+            kept = [one for one in self.accepted[:-1] if one is not trial]
+            self.accepted, self.fit, self.held = [*kept, last], fit, last.held
+            self.trials.append(replace(trial, verdict=IDLE))
 
     def _rivals(self, best: Trial, others: Sequence[Trial]) -> list[Trial]:
         """Other laws that explain the records as well and cannot be told apart."""
@@ -459,6 +483,8 @@ RIVAL = 0.7
 LEAST_GAIN = 0.05
 """Where errors of the model dominate, a law must take away this share of the cost, or
 `LEAST_STEP` of the misfit beyond noise [-]."""
+
+IDLE = "dropped: a later cause made it idle"
 
 SIMPLER = "refused: its simpler case foretells held-out records better"
 

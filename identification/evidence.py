@@ -98,6 +98,13 @@ def believable(share: float, told_before: float, told_after: float) -> bool:
     return share >= SURE_SHARE or told_after**2 <= (1.0 - SURE_GAIN) * told_before**2
 
 
+def at_its_end(fit: Fit, index: int) -> bool:
+    """Whether an entry, by its index, is as large as it can be; none of nought is."""
+    entry, value = fit.model.entries[index], fit.value(index)
+    room = ON_BOUND * abs(entry.scale)
+    return entry.high - value < room or (entry.low < 0 and value - entry.low < room)
+
+
 def on_bounds(fit: Fit, within: float = 0.0) -> tuple[str, ...]:
     """Labels of the rig's constants that stand on a bound, or `within` so many of their std [-]."""
     found = []

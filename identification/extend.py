@@ -213,7 +213,7 @@ def _own_of_laws(fit: Fit, problem: Problem) -> list[Entry]:
         if law.slot != "ripple":
             found += own_shapes(law, place, known, opened)
             continue
-        told = held_out(_without(fit, place, law), problem).fit
+        told = held_out(without(fit, place, law), problem).fit
         guessed = own_shapes(law, place, known, estimated_errors(told.model, told.estimates))
         found += [replace(phase, center=phase.value, prior=PHASE) for phase in guessed]
     return found
@@ -224,8 +224,8 @@ PHASE = 0.05
 in which the drive hardly moves yet, tells nothing of it."""
 
 
-def _without(fit: Fit, place: str, law: Law) -> Fit:
-    """A fit whose model has forgotten a law; nothing is fitted again."""
+def without(fit: Fit, place: str, law: Law) -> Fit:
+    """A fit whose model has forgotten a law [SI]; nothing is fitted again."""
     keep = [i for i, e in enumerate(fit.model.entries) if e.keys[:2] != (place, law.name)]
     model = replace(
         fit.model,

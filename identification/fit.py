@@ -121,13 +121,14 @@ class Fit:
         return self.cost / max(1, self.count - len(self.x))
 
 
-def solve(model: Model, start: np.ndarray, evaluations: int = 40) -> Fit:
+def solve(model: Model, start: np.ndarray, evaluations: int = 40, crawling: float = 0.0) -> Fit:
     """Least squares from one start.
 
     Args:
         model: what is fitted, with the noise law that weights it.
         start: scaled unknowns [-].
         evaluations: the most that the trust region may take.
+        crawling: share of the cost below which twelve of its steps are given up [-].
 
     Returns:
         The fit, its noise law unchanged; `status` says whether it converged.
@@ -139,7 +140,10 @@ def solve(model: Model, start: np.ndarray, evaluations: int = 40) -> Fit:
         return _finish(model, inside, True)
     positive = [e.slot == "numbers" and e.low >= 0.0 for e in model.entries]
     pairs = spring_pairs([entry.label for entry in model.entries], positive)
-    run = descend(model.residual, model.jacobian, inside, (low, high), pairs, evaluations)
+    bounds = (low, high)
+    run = descend(
+        model.residual, model.jacobian, inside, bounds, pairs, evaluations, crawling=crawling
+    )
     return _finish(model, run.x, run.converged)
 
 
@@ -354,8 +358,7 @@ def settle(fit: Fit, at_last: bool = True) -> Fit:
 
     Args:
         fit: any.
-        at_last: whether to go on to the very minimum where errors of the model dominate; of a law
-            that leaves them as they are nobody needs to know it.
+        at_last: whether to go on to the very minimum; of a law that is only tried nobody needs it.
     """
     for _ in range(3):
         floor = learn_noise(fit)
@@ -367,11 +370,25 @@ def settle(fit: Fit, at_last: bool = True) -> Fit:
         problem = replace(fit.problem, floor=floor)
         model = replace(fit.model, problem=problem, noises=noises, horizon=np.inf)
         model = replace(model, allowances=allowances_of(model, fit))
-        fit = solve(model, fit.x, 40)
+        fit = solve(model, fit.x, 40, 0.0 if at_last else CRAWL)
         if same:
             break
-    if not fit.converged and (at_last or not _dominated(fit)):
+    if not fit.converged and at_last:
         fit = solve(fit.model, fit.x, PATIENCE)
+    return _with_scales(fit)
+
+
+def _with_scales(fit: Fit) -> Fit:
     problem = with_scales(fit.model, fit.x)
-    fit = replace(fit, model=replace(fit.model, problem=problem))
-    return with_errors(fit)
+    return with_errors(replace(fit, model=replace(fit.model, problem=problem)))
+
+
+CRAWL = 2e-4
+"""Share of the cost that twelve steps of a law's trial must gain [-], until the law is accepted."""
+
+
+def polished(fit: Fit) -> Fit:
+    """A fit at its very minimum, as far as patience leads, with its errors."""
+    if fit.converged:
+        return fit
+    return _with_scales(solve(fit.model, fit.x, PATIENCE))

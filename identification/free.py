@@ -237,7 +237,7 @@ def law_entry(
 ) -> Entry:
     """Entry of a law's strength at a place or channel, shared by all records [SI]."""
     name = f"{place}/{law.name}"
-    low = -math.inf if law.signed else 0.0
+    low, high = -math.inf if law.signed else 0.0, math.inf
     slot, keys = "strengths", (place, law.name, "")
     if law.slot:
         is_input = any(c.name == place for p in records for c in p.record.inputs)
@@ -245,13 +245,14 @@ def law_entry(
         if law.slot == "ripple":
             keys = (place, law.name, "")
         elif law.fault is None:
-            low = -math.inf
+            low, high = GAINS if law.slot == "gain" else (-math.inf, math.inf)
         else:
             keys = (place, law.name, "")
-    return Entry(
-        name, slot, keys, None, 0.0, low, math.inf, abs(natural), unit=unit, nuisance=False
-    )
+    return Entry(name, slot, keys, None, 0.0, low, high, abs(natural), unit=unit, nuisance=False)
 
+
+GAINS = -1.0, 1.0
+"""Errors of gain that a channel which measures at all may have [-]: it reads nothing, or double."""
 
 SLOTS = {"axis": "tilt"}
 """Part of a plant's vector that a law of a sensor moves, where it has another name [-]."""

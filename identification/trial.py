@@ -184,4 +184,4 @@ def has_corners(law: Law) -> bool:
 
 
 def _better(found: Fit, other: Fit) -> Fit:
-    return settle(other) if other.cost < found.cost - BETTER else found
+    return settle(other, at_last=False) if other.cost < found.cost - BETTER else found

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.optimize import least_squares, lsq_linear
 
-from supple.identification.descent import _Near, descend, spring_pairs
+from supple.identification.descent import STRIDE, _Near, descend, spring_pairs
 
 WIDE = (np.full(2, -np.inf), np.full(2, np.inf))
 TRUTH = np.array([1.0, 4.0, 0.6, 2.0])
@@ -96,6 +96,17 @@ def test_patience_ends_a_descent_and_is_said():
     start = np.array([0.75, 9.0, 0.4, 7.0])
     found = descend(seen, lambda x: rate_of(seen, x), start, FIRM, PAIRS, 3)
     assert not found.converged and found.evaluations == 3
+
+
+def test_a_descent_that_crawls_is_given_up():
+    def slow(x):  # a valley so flat that the cost falls, but by next to nothing
+        return np.array([1e3, np.exp(-0.1 * x[0]), 1e2 * (x[1] - np.sin(x[0]))])
+
+    start = np.array([0.0, 0.0])
+    whole = descend(slow, lambda x: rate_of(slow, x), start, WIDE, (), 400, 1e-16)
+    short = descend(slow, lambda x: rate_of(slow, x), start, WIDE, (), 400, 1e-16, crawling=1e-6)
+    assert short.evaluations < whole.evaluations and not short.converged
+    assert short.evaluations >= STRIDE
 
 
 def test_a_residual_that_runs_away_is_stepped_back_from():

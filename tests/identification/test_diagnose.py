@@ -8,13 +8,16 @@ import pytest
 from supple.identification import diagnose as diagnosing, screen as screening
 from supple.identification.diagnose import diagnose, split_records
 from supple.identification.evidence import (
+    at_its_end,
     believable,
     delta_bic,
     effective_samples,
     excess,
     explained,
 )
-from supple.identification.trial import LEAST_EVIDENCE
+from supple.identification.extend import extend
+from supple.identification.screen import screen
+from supple.identification.trial import LEAST_EVIDENCE, Trial
 from supple.model.law import library
 from tests.identification.benches import Bench, make_bench
 from tests.identification.conftest import CUBIC
@@ -115,6 +118,33 @@ def test_zero_is_refused_by_the_records_whatever_the_standard_deviation(
     assert search._judge(trial, search.base).verdict == "accepted"
     weak = replace(trial, delta_bic=diagnosing.UNSHOWN - 1.0)
     assert search._judge(weak, search.base).verdict == "refused: its interval holds zero"
+
+
+def test_a_cause_that_a_later_one_made_idle_is_dropped(softening_diagnosis):
+    right, base = softening_diagnosis.accepted[0], softening_diagnosis.base
+    stand_in = next(c for c in screen(base) if c.law.name == "quadratic_damping")
+    first = Trial(stand_in, extend(base, stand_in), 100.0)
+    both = replace(right, fit=extend(first.fit, right.candidate, 40))
+    search = diagnosing._Search(base, None, lambda text: None)
+    search._accept([first, both], [])
+    assert [one.candidate.name for one in search.accepted] == ["spring/cubic_stiffness"]
+    assert (search.trials[-1].candidate, search.trials[-1].verdict) == (stand_in, diagnosing.IDLE)
+    assert search.fit.cost == pytest.approx(softening_diagnosis.final.cost, abs=1.0)
+    assert search.stages == [base, search.fit]
+
+
+def test_a_strength_at_the_end_of_what_can_be_is_refused(softening_diagnosis, monkeypatch):
+    trial = softening_diagnosis.accepted[0]
+    index = trial.fit.index(trial.candidate.entry.label)
+    assert not at_its_end(trial.fit, index)
+    entries, value = list(trial.fit.model.entries), trial.fit.value(index)
+    for bound in ({"low": value}, {"high": value}):
+        entries[index] = replace(trial.fit.model.entries[index], **bound)
+        fit = replace(trial.fit, model=replace(trial.fit.model, entries=tuple(entries)))
+        assert at_its_end(fit, index)
+        monkeypatch.setattr(diagnosing, "settled", lambda _, far, fit=fit: fit)
+        search = diagnosing._Search(softening_diagnosis.base, None, lambda text: None)
+        assert search._judge(trial, search.base).verdict.startswith("refused: it would have to")
 
 
 def test_evidence_is_earned(softening_diagnosis, clean_fit):
