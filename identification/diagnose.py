@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from ..model.rig import Rig
 from .causes import hidden_masses
 from .evidence import (
@@ -23,16 +21,19 @@ from .extend import HeldOut, extend, held_out, thinned, without, worst_ratio
 from .fit import CRAWL, DOMINATED, Fit, fit_base, polished, settle, solve
 from .form import within_form
 from .problem import Problem, make_problem
-from .records import Record, check_record_against_rig
-from .screen import VISIBLE, Candidate, alikeness, screen
+from .records import Record, check_record_against_rig, split_records
+from .screen import VISIBLE, Candidate, screen
 from .standing import alike_pairs, floor_visibility, gains_unseen, misfit_chance, whiteness
 from .swung import is_swung
 from .told import from_told, told_trials
 from .trial import (
+    HALFWAY,
     LEAST_EVIDENCE,
     Trial,
+    explains_only,
     interval,
     limit_of,
+    may_rival,
     promising,
     settled,
     simplest_first,
@@ -163,30 +164,6 @@ def diagnose(
     return state.verdict(split)
 
 
-def split_records(
-    records: Sequence[Record], held: Sequence[Record]
-) -> tuple[list[Record], list[Record], str]:
-    """Which records are fitted and which are kept back, and how that was decided."""
-    named = [r for r in records if r.split == "held_out"]
-    rest = [r for r in records if r.split != "held_out"]
-    kept = [*named, *[r for r in held if r.path not in {n.path for n in named}]]
-    rest = [r for r in rest if r.path not in {k.path for k in kept}]
-    if not rest:
-        raise ValueError(
-            "records: expected at least one to fit, found only held-out ones. "
-            "Mend: give one without split = 'held_out'."
-        )
-    if kept:
-        return rest, kept, "held out as the command or the sidecars say"
-    free = [r for r in rest if r.split == "auto"]
-    if len(rest) < 3 or not free:
-        return rest, [], "no record could be spared to be held out"
-    order = sorted(free, key=lambda r: float(np.ptp(r.responses[0].values)))
-    chosen = order[len(order) // 2]
-    rest = [r for r in rest if r is not chosen]
-    return rest, [chosen], "the suite held out the record of middle amplitude"
-
-
 class _Search:
     """Greedy growth of the model, one law at a time."""
 
@@ -265,7 +242,7 @@ class _Search:
         if not promise:
             return []
         for candidate in with_limits(promise, open_):
-            if done is not None and not _may_rival(candidate, done):
+            if done is not None and not may_rival(candidate, done):
                 continue
             self.progress(f"trying {candidate.name}")
             quick.append((extend(start, candidate, 10), candidate))
@@ -320,12 +297,12 @@ class _Search:
         asked = LEAST_STEP if shown and not self._half_asked(trial) else LEAST_SHARE
         share = explained(before, trial.fit)
         if share < HALFWAY * asked:
-            return replace(trial, verdict=_explains_only(share))
+            return replace(trial, verdict=explains_only(share))
         fit = settled(trial.fit, worst_ratio(before) > DOMINATED)
         trial = replace(trial, fit=fit)
         share = explained(before, fit)
         if share < asked:
-            return replace(trial, verdict=_explains_only(share))
+            return replace(trial, verdict=explains_only(share))
         index = fit.index(trial.candidate.entry.label)
         told = trial.delta_bic > UNSHOWN and misfit_chance(fit) > MISFIT_SHOWN
         if abs(fit.value(index)) < 3.0 * fit.std(index) and not told:
@@ -460,24 +437,6 @@ class _Search:
             (whiteness(self.base), whiteness(self.fit)),
             tuple(self.stages),
         )
-
-
-def _may_rival(candidate: Candidate, done: Candidate) -> bool:
-    """Whether a law may explain what another one explains to the noise already."""
-    names = {limit_of(candidate), limit_of(done)}
-    return bool(names & {candidate.name, done.name}) or alikeness(candidate, done) > RIVAL
-
-
-def _explains_only(share: float) -> str:
-    return f"refused: it explains only {100 * share:.0f} % of the misfit beyond the noise"
-
-
-HALFWAY = 0.5
-"""A trial that explains less than this share of what it must is refused before its noise laws are
-learned, which takes longest and moves little [-]."""
-
-RIVAL = 0.7
-"""Alikeness below which two laws cannot both explain all of a misfit [-]."""
 
 
 LEAST_GAIN = 0.05

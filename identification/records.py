@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -370,3 +370,27 @@ def _check_parameters(record: Record, rig: Rig) -> None:
             above = "above" if unit in ("kg", "kg m^2") else "of at least"
             mend = f"write what it was on that day, in {unit}"
             raise fault(record.path, place, f"a value {above} 0 {unit}", f"{value:g}", mend)
+
+
+def split_records(
+    records: Sequence[Record], held: Sequence[Record]
+) -> tuple[list[Record], list[Record], str]:
+    """Which records are fitted and which are kept back, and how that was decided."""
+    named = [r for r in records if r.split == "held_out"]
+    rest = [r for r in records if r.split != "held_out"]
+    kept = [*named, *[r for r in held if r.path not in {n.path for n in named}]]
+    rest = [r for r in rest if r.path not in {k.path for k in kept}]
+    if not rest:
+        raise ValueError(
+            "records: expected at least one to fit, found only held-out ones. "
+            "Mend: give one without split = 'held_out'."
+        )
+    if kept:
+        return rest, kept, "held out as the command or the sidecars say"
+    free = [r for r in rest if r.split == "auto"]
+    if len(rest) < 3 or not free:
+        return rest, [], "no record could be spared to be held out"
+    order = sorted(free, key=lambda r: float(np.ptp(r.responses[0].values)))
+    chosen = order[len(order) // 2]
+    rest = [r for r in rest if r is not chosen]
+    return rest, [chosen], "the suite held out the record of middle amplitude"

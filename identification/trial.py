@@ -12,7 +12,7 @@ from .evidence import effective_samples
 from .extend import HeldOut, grown, worst_ratio
 from .fit import DOMINATED, Fit, descended, loudness, settle, solve
 from .motions import with_scales
-from .screen import Candidate
+from .screen import Candidate, alikeness
 from .starts import told_start
 
 BETTER = 10.0
@@ -185,3 +185,23 @@ def has_corners(law: Law) -> bool:
 
 def _better(found: Fit, other: Fit) -> Fit:
     return settle(other, at_last=False) if other.cost < found.cost - BETTER else found
+
+
+def may_rival(candidate: Candidate, done: Candidate) -> bool:
+    """Whether a law may explain what another one explains to the noise already."""
+    names = {limit_of(candidate), limit_of(done)}
+    return bool(names & {candidate.name, done.name}) or alikeness(candidate, done) > RIVAL
+
+
+RIVAL = 0.7
+"""Alikeness below which two laws cannot both explain all of a misfit [-]."""
+
+
+HALFWAY = 0.5
+"""A trial that explains less than this share of what it must is refused before its noise laws are
+learned, which takes longest and moves little [-]."""
+
+
+def explains_only(share: float) -> str:
+    """The verdict on a trial that explains too small a share of the misfit [-]."""
+    return f"refused: it explains only {100 * share:.0f} % of the misfit beyond the noise"

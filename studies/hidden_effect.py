@@ -220,11 +220,11 @@ def white_bic(sidecars: Sequence[Path]) -> dict[str, Any] | None:
 
     import numpy as np
 
-    from ..identification.diagnose import split_records
     from ..identification.extend import extend
     from ..identification.fit import fit_base, solve
     from ..identification.noise import Noise
     from ..identification.problem import make_problem
+    from ..identification.records import split_records
     from ..identification.screen import screen
     from .engine import read_inputs
 

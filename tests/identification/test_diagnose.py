@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from supple.identification import diagnose as diagnosing, screen as screening
-from supple.identification.diagnose import diagnose, split_records
+from supple.identification.diagnose import diagnose
 from supple.identification.evidence import (
     at_its_end,
     believable,
@@ -16,6 +16,7 @@ from supple.identification.evidence import (
     explained,
 )
 from supple.identification.extend import extend
+from supple.identification.records import split_records
 from supple.identification.screen import screen
 from supple.identification.trial import LEAST_EVIDENCE, Trial
 from supple.model.law import library

@@ -9,11 +9,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from supple.identification.diagnose import Diagnosis, diagnose, split_records
+from supple.identification.diagnose import Diagnosis, diagnose
 from supple.identification.evidence import explained, least_explained
 from supple.identification.fit import Fit, fit_base
 from supple.identification.problem import make_problem
-from supple.identification.records import Record, read_record
+from supple.identification.records import Record, read_record, split_records
 from supple.identification.screen import screen
 from supple.identification.standing import gains_unseen
 from supple.identification.told import told_trials
