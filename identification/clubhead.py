@@ -26,6 +26,9 @@ from .clubhead_pose import FEWEST, Poses, fit_poses
 CONTACT = 0.0006
 """How long a ball stays on the face at most [s]; thesis, section 3.2: typically 0.5 ms."""
 
+PRACTICE = 0.012
+"""Stretch over which a swing without an impact is smoothed [s]."""
+
 NEAR_FACE = 0.06
 """Distance from the middle of the face within which a ball can be met [m]."""
 
@@ -156,7 +159,7 @@ def measure_clubhead(swing: Swing, club: Club, ball: Ball | None = None) -> Club
         expected = f"more than {DEGREE + 2} frames with {FEWEST} markers that agree with the cloud"
         raise _wrong(swing, expected, f"{poses.found.sum()} of {len(places)}", "check the names")
     impact, told = _impact(swing, club, ball, poses, axes)
-    width = impact.smoothed if impact else max(SHORTEST, round(LONGEST * swing.rate))
+    width = impact.smoothed if impact else max(SHORTEST, round(PRACTICE * swing.rate))
     segment = _segments(len(places), swing.rate, impact)
     curves = _curves(club.face, poses, axes, swing.rate, width, segment)
     losses, more = _losses(curves, impact, segment)

@@ -536,18 +536,23 @@ def test_exact_markers_of_a_club_on_an_arc_give_the_exact_impact(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("hub", "angle", "speed"), [(0.0, 0.1, 0.06), (0.4, 0.13, 0.1)])
-def test_intervals_hold_the_truth_as_often_as_they_say(hub, angle, speed):
-    """400 swings of 4 to 40 markers, up to half lost; also where the path is no circle."""
-    errors, ratios = accuracy(range(400), lambda seed: 4 + seed % 37, 0.5, hub)
+@pytest.mark.parametrize(
+    ("hub", "off", "angle", "speed"), [(0.0, 0.02, 0.1, 0.06), (0.4, 0.028, 0.13, 0.1)]
+)
+def test_intervals_hold_the_truth_as_often_as_they_say(hub, off, angle, speed):
+    """800 swings of 4 to 40 markers, up to half lost; also where the path is no circle.
+
+    Of the first 400 alone the intervals of the instant hold 97.5 %, of the second 95.3 %.
+    """
+    seeds = (*range(400), *range(5000, 5400))
+    errors, ratios = accuracy(seeds, lambda seed: 4 + seed % 37, 0.5, hub)
     shares = {key: float(np.mean(ratio < 1.0)) for key, ratio in ratios.items()}
     pooled = np.mean(list(shares.values()))
     assert 0.93 < pooled < 0.97, shares
-    # of twelve shares of 400 each, one lies 2.5 standard deviations off by chance
-    assert all(0.922 < share < 0.978 for share in shares.values()), shares
+    assert all(abs(share - 0.95) < off for share in shares.values()), shares
     angles = [np.abs(errors[key]) for key in ("lie_angle", "dynamic_loft", "face_angle")]
     assert np.degrees(np.max(angles)) < angle
-    assert np.sum(np.abs(errors["speed"]) > 0.05) <= 2
+    assert np.mean(np.abs(errors["speed"]) > 0.05) <= 0.005
     assert np.abs(errors["speed"]).max() < speed
 
 
