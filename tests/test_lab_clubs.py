@@ -389,6 +389,17 @@ def test_detectability_grows_with_the_strength(bench, law, place, tmp_path):
     assert norms[1] > 2 * norms[0] > 0
 
 
+def test_what_another_constant_makes_is_not_detectable_however_large(tmp_path):
+    """A spring at the head moves the frequency by many turns of phase, as a stiffer shaft does."""
+    truth = draw_sealed(
+        tmp_path, "A", 11, law="linear_stiffness", place="clubhead", strength=0.3,
+        model="fixed_collet", noise="white", train=2, held_out=0, samples=2048,
+    )  # fmt: skip
+    figures = truth["power"]
+    assert figures["norm"] > 1000 and figures["projected_norm"] < 10
+    assert not figures["detectable"]
+
+
 def test_added_mass_is_invisible_where_nothing_tells_a_force(tmp_path):
     """With free stiffnesses all inertias may grow alike, and no free decay shows it."""
     truth = draw_sealed(

@@ -9,7 +9,6 @@ import numpy as np
 from .clubs import Club
 from .gauges import clock, row_of
 from .runs import Run, channels, counts_from, run_linear
-from .structure import Structure
 
 Table = Mapping[str, np.ndarray]
 STEP = 1e-3  # relative step of the numerical differences
@@ -17,6 +16,11 @@ MODES_BELOW = 150.0
 MOST_MODES = 6
 LEAST_NORM = 10.0
 LEAST_SHARE = 0.02
+PASSES, HALVINGS = 12, 6
+BOLDEST, LEAST = 0.5, -0.95  # shares by which a constant moves in a step at most, and in all
+BEGINNINGS = (0.05, 0.1, 0.2, 0.4, 1.0)  # of the records
+LOOSE = 0.5  # prior of a free constant while only beginnings count [-]
+LATE = "late"  # the wrist's feedback [s]
 DETECTABLE = f"projected norm above {LEAST_NORM:g} and above {LEAST_SHARE:g} of the energy"
 
 
@@ -44,6 +48,11 @@ class Weighing:
             ]
         )
 
+    def beginning(self, share: float) -> np.ndarray:
+        """Which stacked samples lie in the first part of what counts of their record."""
+        sizes = np.diff(self.ends)
+        return np.concatenate([np.arange(size) < share * size for size in sizes])
+
     def part(self, run: int, name: str) -> slice:
         """Where the samples of one channel of one run lie."""
         index = run * len(self.names) + self.names.index(name)
@@ -70,14 +79,19 @@ def power(
         `norm` of the change in noise units and its `energy_share`; `projected_norm` and
         `projected_energy_share` of what is left after the free constants, the start states, the
         offsets, gains, clocks and held constants (these within their tolerances) have taken
-        theirs, to first order about the twin; `detectable` by both.
+        theirs, to first order about the twin, and where that leaves much, by a refit;
+        `detectable` by both.
     """
     weighing = Weighing(club, runs, noise)
     base = weighing.stack(clean)
     change = weighing.stack(changed) - base
-    left = residual(change, *nuisances(weighing, clean))
     energy = float(base @ base)
-    norm, share = float(np.linalg.norm(left)), float(left @ left) / energy
+    constants = _columns([_turned(weighing), _starts(weighing), _chains(weighing, clean)])
+    least = residual(change, *constants)
+    if least @ least > LEAST_SHARE * energy:  # so large a change is no step from the twin
+        left = refitted(weighing, clean, change)
+        least = min(least, left, key=lambda one: one @ one)
+    norm, share = float(np.linalg.norm(least)), float(least @ least) / energy
     return {
         "norm": float(np.linalg.norm(change)),
         "energy_share": float(change @ change) / energy,
@@ -87,43 +101,101 @@ def power(
     }
 
 
+def refitted(weighing: Weighing, clean: Sequence[Table], change: np.ndarray) -> np.ndarray:
+    """What the constants of a club leave of a change, by Gauss and Newton's steps.
+
+    One step from the twin does not do: a spring that moves a frequency by a tenth is a change
+    of phase by many turns in a record, and yet only another constant. So the constants are found
+    on the beginnings of the records first, where each free one is held loosely.
+    """
+    constants = _constants(weighing)
+    priors = np.array([prior for _, prior in constants])
+    others, their_priors = _columns([_starts(weighing), _chains(weighing, clean)])
+    still = _simulated(weighing, constants, np.zeros(len(constants)))
+    moves, left = np.zeros(len(constants)), change
+    for share in BEGINNINGS:
+        mine = weighing.beginning(share)
+        held = np.minimum(priors, LOOSE if share < 1.0 else np.inf)
+        away = _Away(others[mine], their_priors)
+
+        def left_at(moves: np.ndarray, mine=mine, held=held, away=away) -> np.ndarray:
+            """What is left where the constants have moved, the pulls of their priors last."""
+            seen = _simulated(weighing, constants, moves) - still
+            return np.append(away(change[mine] - seen[mine]), moves / held)
+
+        left = left_at(moves)
+        for _ in range(PASSES):
+            rows = np.eye(len(moves)) * STEP
+            columns = np.array([(left_at(moves + row) - left) / STEP for row in rows]).T
+            scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)  # one may move nothing
+            found = np.linalg.lstsq(columns / scale, -left, rcond=1e-10)[0] / scale
+            step = np.clip(found, -BOLDEST, BOLDEST)
+            before = left @ left
+            for _ in range(HALVINGS):
+                to = np.maximum(moves + step, LEAST)
+                tried = left_at(to)
+                if tried @ tried < before:
+                    moves, left = to, tried
+                    break
+                step = step / 2
+            if before - left @ left < 1e-3 * before + 0.1:
+                break
+    return left
+
+
+class _Away:
+    """Takes columns, each with a prior standard deviation, out of what they may explain."""
+
+    def __init__(self, columns: np.ndarray, priors: np.ndarray):
+        wide = np.vstack([columns, np.diag(1 / priors)])
+        basis, sizes, _ = np.linalg.svd(wide / np.linalg.norm(wide, axis=0), full_matrices=False)
+        self.basis, self.pulls = basis[:, sizes > 1e-10 * sizes[0]], np.zeros(len(priors))
+
+    def __call__(self, change: np.ndarray) -> np.ndarray:
+        target = np.append(change, self.pulls)
+        return target - self.basis @ (self.basis.T @ target)
+
+
 def residual(change: np.ndarray, columns: np.ndarray, priors: np.ndarray) -> np.ndarray:
     """What `columns` leave of `change` where each has a prior standard deviation (inf: none).
 
     The pulls of the priors are part of it, so that its square is the smallest cost.
     """
-    weights = 1 / priors
-    wide = np.vstack([columns, np.diag(weights)])
-    target = np.concatenate([change, np.zeros(len(priors))])
-    scale = np.linalg.norm(wide, axis=0)
-    found = np.linalg.lstsq(wide / scale, target, rcond=1e-10)[0]
-    return target - (wide / scale) @ found
+    return _Away(columns, priors)(change)
 
 
-def nuisances(weighing: Weighing, clean: Sequence[Table]) -> tuple[np.ndarray, np.ndarray]:
+def _columns(parts) -> tuple[np.ndarray, np.ndarray]:
     """All columns that may absorb a change, and the prior standard deviation of each."""
-    columns: list[np.ndarray] = []
-    priors: list[float] = []
-    for parts in (_constants(weighing), _starts(weighing), _chains(weighing, clean)):
-        for column, prior in parts:
-            if np.linalg.norm(column) > 1e-9:
-                columns.append(column)
-                priors.append(prior)
-    return np.column_stack(columns), np.array(priors)
+    kept = [(c, p) for part in parts for c, p in part if np.linalg.norm(c) > 1e-9]
+    return np.column_stack([c for c, _ in kept]), np.array([p for _, p in kept])
 
 
-def _simulated(weighing: Weighing, structure: Structure, late: float = 0.0) -> np.ndarray:
+def _simulated(
+    weighing: Weighing, constants: Sequence[tuple[str, float]], moves: np.ndarray
+) -> np.ndarray:
+    """Stacked channels where constants moved by these shares; `late` moves by seconds."""
+    club = weighing.club
+    late = dict(zip([name for name, _ in constants], moves, strict=True))
+    behind = late.pop(LATE, 0.0)
+    structure = club.structure({name: club.truth[name] * (1 + by) for name, by in late.items()})
     tables = []
     for run in weighing.runs:
-        moved = run_linear(weighing.club, run, structure, late)
-        tables.append(channels(weighing.club, run, structure, moved))
+        moved = run_linear(club, run, structure, behind)
+        tables.append(channels(club, run, structure, moved))
     return weighing.stack(tables)
 
 
-def _constants(weighing: Weighing):
-    """Free constants without prior, held ones within their tolerance; relative steps."""
+def _turned(weighing: Weighing):
+    """What each constant's own move does at the twin, with its prior."""
+    constants = _constants(weighing)
+    here = _simulated(weighing, constants, np.zeros(len(constants)))
+    for row, (_, prior) in zip(np.eye(len(constants)), constants, strict=True):
+        yield (_simulated(weighing, constants, STEP * row) - here) / STEP, prior
+
+
+def _constants(weighing: Weighing) -> list[tuple[str, float]]:
+    """Free constants without prior, held ones within their tolerance, each by its share [-]."""
     club = weighing.club
-    base = _simulated(weighing, club.structure())
     names = {name: np.inf for name in club.free}
     if club.bench == "B":  # by the names of the elements
         named = {"shaft_damping": "shaft_ratio", "clubhead_mass": "clamped_hertz"}
@@ -134,12 +206,9 @@ def _constants(weighing: Weighing):
         own = named.get(name, name)
         factor = 0.5 if own == "clamped_hertz" else 1.0  # the frequency goes by the root of it
         names[own] = factor * std / abs(club.told[name])
-    for name, prior in names.items():
-        structure = club.structure({name: club.truth[name] * (1 + STEP)})
-        yield (_simulated(weighing, structure) - base) / STEP, prior
     if any(np.any(run.loads.angle) for run in weighing.runs):
-        std = club.gauge("wrist_feedback").tolerance["delay"]
-        yield (_simulated(weighing, club.structure(), STEP) - base) / STEP, std
+        names[LATE] = club.gauge("wrist_feedback").tolerance["delay"]
+    return list(names.items())
 
 
 def _starts(weighing: Weighing):
