@@ -66,14 +66,15 @@ class Face:
             rotation: from the face's axes to the room's, shape (n, 3, 3) [-].
 
         Returns:
-            Shape (n, 3) [rad].
+            Shape (n, 3) [rad]; nan where a rotation is.
 
         Source: thesis eq. 1 to 3 and sections 3.3.1 to 3.3.3.
         """
-        roll = np.arctan2(-rotation[:, 1, 2], rotation[:, 2, 2])
-        pitch = np.arctan2(rotation[:, 0, 2], np.hypot(rotation[:, 0, 0], rotation[:, 0, 1]))
-        yaw = np.arctan2(-rotation[:, 0, 1], rotation[:, 0, 0])
-        return np.stack([self.sign * roll, pitch, self.sign * yaw], axis=1)
+        told = np.isfinite(rotation).all(axis=(1, 2))
+        found = np.full((len(rotation), 3), np.nan)
+        if told.any():
+            found[told] = Rotation.from_matrix(rotation[told]).as_euler("XYZ")
+        return found * np.array([self.sign, 1.0, self.sign])
 
     def angle_rates(self, rotation: np.ndarray) -> np.ndarray:
         """Derivative of the three angles by a small turn about the room's axes.

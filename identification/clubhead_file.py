@@ -15,6 +15,9 @@ from .clubhead_ball import MARKER_NOISE, RADIUS, Ball, fit_ball
 from .clubhead_face import Face
 from .marker_file import MarkerRecord, MarkerTable, numbers_of, open_text, unit_factor
 
+FARTHEST = 2.0
+"""Distance from the markers within which a point of a club lies [m]."""
+
 Triple = tuple[float, float, float]
 
 
@@ -32,6 +35,7 @@ class _Club(MarkerTable):
     bulge: float | None = Field(default=None, gt=0.02)
     roll: float | None = Field(default=None, gt=0.02)
     hand: Literal["right", "left"] = "right"
+    points: dict[str, Triple | str] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _square(self) -> _Club:
@@ -67,7 +71,8 @@ def read_swing(path: Path | str) -> tuple[Swing, Club, Ball | None]:
 
     The swing's table has a column ``NAME_x``, ``NAME_y``, ``NAME_z`` for each marker, empty where
     it was lost, or it is a C3D file; the cloud's and the ball's have the columns marker, x, y and
-    z. Axes: x to the target, z up.
+    z. Axes: x to the target, z up. Further points whose speed is wanted stand in ``[club.points]``,
+    each by the name of a marker or by three numbers in the cloud's axes [m].
 
     Args:
         path: ``NAME.toml``, or a table beside one.
@@ -126,7 +131,7 @@ def _read_club(sidecar: Path, asked: _Club, files: dict[str, str]) -> Club:
         asked.roll or float("inf"),
         asked.hand,
     )
-    club = Club(names, cloud, face)
+    club = Club(names, cloud, face, _points(sidecar, asked, names, cloud))
     if asked.face_markers is None:
         return club
     for name in asked.face_markers:
@@ -137,6 +142,30 @@ def _read_club(sidecar: Path, asked: _Club, files: dict[str, str]) -> Club:
     if asked.face_center is not None:
         club = replace(club, face=replace(club.face, center=asked.face_center))
     return club
+
+
+def _points(
+    sidecar: Path, asked: _Club, names: tuple[str, ...], cloud: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Further points of the club: places [m], or the names of markers."""
+    found = {}
+    for name, point in asked.points.items():
+        place = f"[club.points] {name}"
+        if name in ("toe", "heel") or not name.isidentifier():
+            expected = "a name of letters, digits and '_', other than toe and heel"
+            raise fault(sidecar, place, expected, f"'{name}'", "rename it")
+        if isinstance(point, str):
+            if point not in names:
+                mend = f"write '{nearest(point, names) or names[0]}', or three numbers"
+                raise fault(sidecar, place, one_of(names), f"'{point}'", mend)
+            found[name] = cloud[names.index(point)]
+        else:
+            found[name] = np.array(point)
+        reach = float(np.linalg.norm(found[name] - cloud.mean(axis=0)))
+        if reach > FARTHEST:
+            expected = f"a point within {FARTHEST:g} m of the markers, in metres"
+            raise fault(sidecar, place, expected, f"one {reach:.3g} m away", "correct its unit")
+    return found
 
 
 def _read_ball(sidecar: Path, asked: _Ball, files: dict[str, str]) -> Ball:

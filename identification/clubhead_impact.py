@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from scipy.stats import t as student
+from scipy.stats import chi2 as chi2_law, t as student
 
 from .clubhead_arc import Arc, arc_of
 from .clubhead_ball import Ball
@@ -24,6 +25,13 @@ TRUNCATION = 0.25
 
 ROUGH = 2.0
 """Misfit of the smooth motion, in the power of the noise, from which it is told [-]."""
+
+LOUD = 7.0
+"""Power of a tone, in that of the noise, from which it is part of the motion [-]: one of a thousand
+tones of noise is."""
+
+CHANCE = 1e-3
+"""Chance of a misfit from which it is none [-]."""
 
 UNITS = {
     "time": "s", "lie_angle": "rad", "dynamic_loft": "rad", "face_angle": "rad", "speed": "m/s",
@@ -92,6 +100,7 @@ def approach_of(
     rows: np.ndarray,
     rate: float,
     arc: Arc | None = None,
+    times: np.ndarray | None = None,
 ) -> Approach:
     """Gathers the frames before an impact.
 
@@ -102,13 +111,15 @@ def approach_of(
         rows: the frames; the last is the reference.
         rate: frames a second [Hz].
         arc: on which the face swings; as the frames tell where None.
+        times: from the last frame, none later, shape (n,) [s]; by the rate where None.
 
     Returns:
         The frames.
     """
-    turn, times = axes[rows[-1]], (rows - rows[-1]) / rate
-    arc = arc_of(times, center[rows]) if arc is None else arc
-    on_arc, turned, _, _ = arc.state(times)
+    turn = axes[rows[-1]]
+    at: np.ndarray = (rows - rows[-1]) / rate if times is None else times
+    arc = arc_of(at, center[rows]) if arc is None else arc
+    on_arc, turned, _, _ = arc.state(at)
     unturned = np.swapaxes(turned, 1, 2)
     vector = Rotation.from_matrix(unturned @ axes[rows] @ turn.T).as_rotvec()
     back = np.linalg.inv(turn_rate(vector)) @ unturned
@@ -116,11 +127,21 @@ def approach_of(
     whole[:, :3, :3], whole[:, 3:, 3:] = np.eye(3), back
     own = whole @ covariance[rows] @ np.swapaxes(whole, 1, 2)
     values = np.concatenate([center[rows] - on_arc, vector], axis=1)
-    return Approach(times, values, own, turn, arc)
+    return Approach(at, values, own, turn, arc)
 
 
-def _fit(approach: Approach, count: int, degree: int) -> tuple[np.ndarray, np.ndarray, float]:
-    """Coefficients (degree + 1, 6) in scaled time, their covariance, and the reduced chi2."""
+def fit(approach: Approach, count: int, degree: int) -> tuple[np.ndarray, np.ndarray, float]:
+    """Polynomials through the last frames of an approach.
+
+    Args:
+        approach: the frames.
+        count: how many of the last.
+        degree: of the polynomials [-].
+
+    Returns:
+        Coefficients (degree + 1, 6) in time over that of the first frame fitted, their covariance
+        [m^2, m rad, rad^2], and the reduced chi2 [-].
+    """
     times, values = approach.times[-count:], approach.values[-count:]
     scale = -times[0]
     powers = (times / scale)[:, None] ** np.arange(degree + 1)
@@ -137,17 +158,25 @@ def _fit(approach: Approach, count: int, degree: int) -> tuple[np.ndarray, np.nd
     return solved.reshape(degree + 1, 6), covariance, float(rest @ rest) / free
 
 
-def window_of(approach: Approach) -> int:
-    """The longest window whose truncation is small beside its noise [frames]."""
+def window_of(approach: Approach, shortest: int = SHORTEST) -> int:
+    """The longest window whose truncation is small beside its noise, and not below `shortest`.
+
+    Args:
+        approach: the frames.
+        shortest: in frames [-].
+
+    Returns:
+        Its length [frames].
+    """
     longest = len(approach.times)
-    if longest <= SHORTEST:
+    if longest <= shortest:
         return longest
-    solved, covariance, _ = _fit(approach, longest, DEGREE + 1)
+    solved, covariance, _ = fit(approach, longest, DEGREE + 1)
     # of what noise alone may have made of it, nothing is held against a window
     noise = np.sqrt(np.diag(covariance).reshape(solved.shape)[-1])
     fourth = solved[-1] * np.maximum(1.0 - (noise / solved[-1]) ** 2, 0.0)
     span = -approach.times[0]
-    for count in range(longest, SHORTEST, -1):
+    for count in range(longest, shortest, -1):
         times = approach.times[-count:]
         scale = -times[0]
         powers = (times / scale)[:, None] ** np.arange(DEGREE + 1)
@@ -156,7 +185,51 @@ def window_of(approach: Approach) -> int:
         own = np.einsum("n,nii->i", solver[1] ** 2, approach.covariance[-count:]) / scale**2
         if np.all(np.abs(missed) <= TRUNCATION * np.sqrt(own)):
             return count
-    return SHORTEST
+    return shortest
+
+
+def _unlikely(chi2: float, count: int, degree: int) -> bool:
+    free = 6 * (count - degree - 1)
+    return chi2 > chi2_law.isf(CHANCE, free) / free
+
+
+def tones_beside(approach: Approach, solved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What frames do beside a smooth motion, as a ringing shaft does: tones out of the noise.
+
+    Args:
+        approach: the frames.
+        solved: coefficients of a fit to all of them, shape (degree + 1, 6).
+
+    Returns:
+        Angular frequencies, shape (f,) [rad/s], and powers, shape (f, 6) [m^2 or rad^2].
+    """
+    times, own, count = approach.times, approach.covariance, len(approach.times)
+    powers = (times / -times[0])[:, None] ** np.arange(len(solved))
+    rest = approach.values - powers @ solved
+    beat = 2 * np.pi * np.arange(1, count // 2) / (-times[0])
+    tones = 2 * np.abs(np.exp(-1j * np.outer(beat, times)) @ rest) ** 2 / count**2
+    noise = 2 * np.diagonal(own, axis1=1, axis2=2).mean(axis=0) / count
+    tones = np.where(tones > LOUD * noise, tones, 0.0)
+    return beat, tones
+
+
+def _missed(approach: Approach, count: int, beat: np.ndarray, tones: np.ndarray) -> np.ndarray:
+    """Covariance of what tones of unknown phase make of a fit to the last frames, (24, 24).
+
+    A tone is still there at the impact: what is missed is its own place and speed there, less
+    what a cubic makes of it.
+    """
+    times = approach.times[-count:]
+    scale = -times[0]
+    solver = np.linalg.pinv((times / scale)[:, None] ** np.arange(DEGREE + 1))
+    missed = solver @ np.exp(1j * np.outer(times, beat))
+    missed[0] -= 1.0
+    missed[1] -= 1j * beat * scale
+    block = np.einsum("pf,qf,fk->pqk", missed, missed.conj(), tones).real
+    whole = np.zeros((DEGREE + 1, 6, DEGREE + 1, 6))
+    for k in range(6):
+        whole[:, k, :, k] = block[:, :, k]
+    return whole.reshape(6 * (DEGREE + 1), -1)
 
 
 class _Arrival:
@@ -201,9 +274,13 @@ class _Arrival:
         return times
 
     def results(
-        self, coefficients: np.ndarray, times: np.ndarray, ball: np.ndarray | None
+        self,
+        coefficients: np.ndarray,
+        times: np.ndarray,
+        ball: np.ndarray | None,
+        points: np.ndarray,
     ) -> np.ndarray:
-        """All of UNITS, shape (n, 10) or (n, 14)."""
+        """All of UNITS, and the speeds of some points, shape (n, 10 + k) or (n, 14 + k)."""
         _, axes, velocity, turning = self.state(coefficients, times)
         toe = np.cross(turning, axes @ self.face.toe)
         angles = self.face.angles(axes)
@@ -219,11 +296,18 @@ class _Arrival:
             line = self.face.pierced(own, np.einsum("nij,ni->nj", axes, velocity))
             for point in (foot, line):
                 columns += [-self.face.sign * point[:, 1], point[:, 2]]
+        for point in points:
+            columns.append(np.linalg.norm(velocity + np.cross(turning, axes @ point), axis=1))
         return np.stack(columns, axis=1)
 
 
 def arrive(
-    approach: Approach, face: Face, ball: Ball | None, after: tuple[float, float], freedom: int
+    approach: Approach,
+    face: Face,
+    ball: Ball | None,
+    after: tuple[float, float],
+    freedom: int,
+    points: Mapping[str, np.ndarray] | None = None,
 ) -> tuple[dict[str, float], dict[str, float], int, float, float]:
     """Fits the approach and reads the impact off it, with errors.
 
@@ -233,14 +317,22 @@ def arrive(
         ball: at rest; None where there is none.
         after: instant from the last frame and its standard deviation [s], used without a ball.
         freedom: degrees of freedom behind the noise [-].
+        points: of the club, by name, in the face's axes from its middle, shape (3,) each [m].
 
     Returns:
-        Values and standard deviations by name (SI units as in UNITS, time from the last frame),
-        frames fitted, reduced chi2, and the quantile of a 95 % interval [-].
+        Values and standard deviations by name (SI units as in UNITS, time from the last frame;
+        ``NAME_speed`` of each point [m/s]), frames fitted, reduced chi2, and the quantile of a
+        95 % interval [-].
     """
     count = window_of(approach)
-    solved, covariance, chi2 = _fit(approach, count, DEGREE)
-    covariance = covariance * max(1.0, chi2 if chi2 > ROUGH else 1.0)
+    solved, covariance, chi2 = fit(approach, count, DEGREE)
+    if _unlikely(chi2, count, DEGREE):
+        covariance = covariance * chi2
+    longest, finer = len(approach.times), DEGREE + 2
+    if longest > 2 * finer:
+        followed, _, misfit = fit(approach, longest, finer)
+        if _unlikely(misfit, longest, finer):
+            covariance = covariance + _missed(approach, count, *tones_beside(approach, followed))
     arrival = _Arrival(approach, -approach.times[-count], face, ball.radius if ball else 0.0)
     size = solved.size
     own = np.zeros((size + 3, size + 3))
@@ -248,16 +340,37 @@ def arrive(
     own[size:, size:] = np.diag([after[1] ** 2, 1e-30, 1e-30]) if ball is None else ball.covariance
     base = np.concatenate([solved.ravel(), [after[0], 0, 0] if ball is None else ball.center])
     step = np.maximum(np.sqrt(np.diag(own)), 1e-9)
-    points = np.concatenate([base[None], base + np.diag(step), base - np.diag(step)])
-    coefficients, extra = points[:, :size].reshape(-1, DEGREE + 1, 6), points[:, size:]
+    tried = np.concatenate([base[None], base + np.diag(step), base - np.diag(step)])
+    coefficients, extra = tried[:, :size].reshape(-1, DEGREE + 1, 6), tried[:, size:]
+    away = np.array(list((points or {}).values())).reshape(-1, 3)
     if ball is None:
-        found = arrival.results(coefficients, extra[:, 0], None)
+        found = arrival.results(coefficients, extra[:, 0], None, away)
     else:
-        found = arrival.results(coefficients, arrival.instant(coefficients, extra), extra)
-    many = len(base)
+        found = arrival.results(coefficients, arrival.instant(coefficients, extra), extra, away)
+    many, known = len(base), list(UNITS)[: found.shape[1] - len(away)]
     slopes = (found[1 : many + 1] - found[many + 1 :]) / (2 * step[:, None])
     stds = np.sqrt(np.maximum(np.einsum("pk,pq,qk->k", slopes, own, slopes), 0.0))
-    names = list(UNITS)[: found.shape[1]]
+    names = [*known, *(f"{name}_speed" for name in points or {})]
     quantile = float(student.isf(0.025, max(1, freedom)))
     values = dict(zip(names, found[0].tolist(), strict=True))
     return values, dict(zip(names, stds.tolist(), strict=True)), count, chi2, quantile
+
+
+def extrapolated(approach: Approach, time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where the middle of the face would be without the blow.
+
+    Args:
+        approach: frames before it.
+        time: from the last of them [s].
+
+    Returns:
+        Place [m], its covariance [m^2] and velocity [m/s], shapes (3,), (3, 3) and (3,).
+    """
+    count = window_of(approach)
+    solved, covariance, _ = fit(approach, count, DEGREE)
+    scale = -approach.times[-count]
+    arrival = _Arrival(approach, scale, Face(), 0.0)
+    place, _, velocity, _ = arrival.state(solved[None], np.array([time]))
+    powers = (time / scale) ** np.arange(DEGREE + 1)
+    pick = np.kron(powers, np.eye(6)[:3])
+    return place[0], pick @ covariance @ pick.T, velocity[0]

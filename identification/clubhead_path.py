@@ -43,7 +43,11 @@ class Smooth:
 
 
 def smooth_path(
-    curves: np.ndarray, found: np.ndarray, rate: float, width: int, segment: np.ndarray
+    curves: np.ndarray,
+    found: np.ndarray,
+    rate: float,
+    width: int | np.ndarray,
+    segment: np.ndarray,
 ) -> Smooth:
     """Fits a polynomial to the frames around each frame, inside its segment.
 
@@ -51,7 +55,7 @@ def smooth_path(
         curves: shape (n, k), any unit; nan where not found.
         found: frames that count, shape (n,).
         rate: frames a second [Hz].
-        width: of the window [frames].
+        width: of the window, for all frames or for each, shape (n,) [frames].
         segment: number of each frame's segment, shape (n,), not falling.
 
     Returns:
@@ -60,13 +64,14 @@ def smooth_path(
     count = len(curves)
     first = np.searchsorted(segment, segment)
     last = np.searchsorted(segment, segment, side="right")
-    row = np.arange(count)
+    row, width = np.arange(count), np.broadcast_to(width, (count,))
     start = np.clip(row - width // 2, first, np.maximum(last - width, first))
-    rows = start[:, None] + np.arange(width)
-    inside = rows < last[:, None]
+    offsets = np.arange(width.max())
+    rows = start[:, None] + offsets
+    inside = (rows < last[:, None]) & (offsets < width[:, None])
     rows = np.minimum(rows, count - 1)
     counts = inside & found[rows]
-    powers = ((rows - row[:, None]) * 2.0 / width)[..., None] ** np.arange(DEGREE + 1)
+    powers = ((rows - row[:, None]) * 2.0 / width[:, None])[..., None] ** np.arange(DEGREE + 1)
     powers = powers * counts[..., None]
     gram = np.swapaxes(powers, 1, 2) @ powers
     enough = counts.sum(axis=1) > DEGREE + 1
@@ -74,7 +79,7 @@ def smooth_path(
     weights = np.linalg.solve(gram, np.swapaxes(powers, 1, 2))
     weights[~enough] = np.nan
     near = np.nan_to_num(curves)[rows]
-    value_weights, slope_weights = weights[:, 0], weights[:, 1] * 2.0 * rate / width
+    value_weights, slope_weights = weights[:, 0], weights[:, 1] * (2.0 * rate / width)[:, None]
     value = np.einsum("nw,nwk->nk", value_weights, near, optimize=True)
     slope = np.einsum("nw,nwk->nk", slope_weights, near, optimize=True)
     return Smooth(value, slope, value_weights, slope_weights, rows)
@@ -131,8 +136,11 @@ def notch(
     slopes = np.stack([np.convolve(x, weights[::-1], "valid") for x in steady.T], axis=1)
     speed = np.where(whole, np.linalg.norm(slopes, axis=1), np.nan)
     before, after = speed[rows - width + 1], speed[rows + gap]
-    # what the swing's own acceleration takes, from the two windows further away
-    steady_loss = np.abs(np.gradient(speed))[rows - width + 1] * (width + gap)
+    # what the swing itself takes where it slows, from windows that end before any contact begins
+    late = np.maximum(rows - width + 1 - 2, 0)
+    early = np.maximum(late - width, 0)
+    apart = np.maximum(late - early, 1)
+    steady_loss = np.maximum(speed[early] - speed[late], 0.0) / apart * (width + gap)
     loss = before - after
     if not np.isfinite(loss).any():
         return None

@@ -17,10 +17,12 @@ if TYPE_CHECKING:
 COLUMNS = (
     "time", "center_x", "center_y", "center_z", "center_std", "lie_angle", "lie_angle_std",
     "dynamic_loft", "dynamic_loft_std", "face_angle", "face_angle_std", "speed", "speed_std",
-    "toe_speed", "toe_speed_std", "heel_speed", "heel_speed_std", "path_angle", "attack_angle",
-    "direction_std", "raw_speed", "raw_speed_std", "raw_attack_angle", "markers_used",
+    "toe_speed", "toe_speed_std", "heel_speed", "heel_speed_std", "path_angle", "path_angle_std",
+    "attack_angle", "attack_angle_std", "raw_speed", "raw_speed_std", "raw_attack_angle",
+    "raw_attack_angle_std", "bandwidth", "markers_used",
 )  # fmt: skip
-"""Columns of ``clubhead.csv`` after swing and frame, in SI units [s, m, rad, m/s, -]."""
+"""Columns of ``clubhead.csv`` after swing and frame, in SI units [s, m, rad, m/s, Hz, -]; after
+them ``NAME_speed`` and ``NAME_speed_std`` of each point of the club [m/s]."""
 
 
 def clubhead_files(
@@ -82,17 +84,22 @@ def _swing(head: Clubhead) -> dict[str, Any]:
         "file": str(head.swing.path),
         "status": head.status,
         "sentence": _sentence(head),
-        "frames": len(poses.found),
+        "frames": int((head.source >= 0).sum()),
         "frames_found": int(poses.found.sum()),
         "sample_rate": rate,
         "markers": len(poses.used[0]),
         "noise": poses.noise,
+        "noise_std": poses.noise / math.sqrt(2.0 * max(poses.freedom, 1)),
         "smoothing": {
-            "frames": head.width,
-            "bandwidth": bandwidth(head.width, rate),
-            "bandwidth_at_impact": bandwidth(
-                head.impact.frames if head.impact else head.width, rate, at_end=True
-            ),
+            "frames": head.width[0],
+            "frames_after": head.width[1],
+            "bandwidth": bandwidth(head.width[0], rate),
+            "bandwidth_after": bandwidth(head.width[1], rate),
+            "frames_at_impact": head.impact.frames if head.impact else None,
+            "bandwidth_at_impact": bandwidth(head.impact.frames, rate, at_end=True)
+            if head.impact
+            else None,
+            "at_impact": "of what the club does beside the arc on which it swings",
             "unit": "Hz",
         },
         "toe_and_heel_at": REACH,
@@ -115,7 +122,7 @@ def _impact(impact: Impact) -> dict[str, Any]:
     from ..identification.clubhead_impact import UNITS
 
     told: dict[str, Any] = {
-        name: _told(value, impact.stds[name], UNITS[name], impact.quantile)
+        name: _told(value, impact.stds[name], UNITS.get(name, "m/s"), impact.quantile)
         for name, value in impact.values.items()
     }
     return told | {
@@ -156,29 +163,40 @@ def _sentence(head: Clubhead) -> str:
 
 
 def _csv(heads: Sequence[Clubhead]) -> str:
-    lines = [",".join(("swing", "frame", *COLUMNS))]
+    points = dict.fromkeys(name for head in heads for name in head.club.points)
+    extra = [column for name in points for column in (f"{name}_speed", f"{name}_speed_std")]
+    lines = [",".join(("swing", "frame", *COLUMNS, *extra))]
     for head in heads:
         name = head.swing.name
         quoted = '"' + name.replace('"', '""') + '"' if set(name) & set('",\n') else name
-        for frame, row in enumerate(_table(head).tolist()):
+        for frame, row in zip(head.source, _table(head, list(points)).tolist(), strict=True):
             cells = ("" if math.isnan(value) else f"{value:.10g}" for value in row)
-            lines.append(f"{quoted},{frame},{','.join(cells)}")
+            if frame >= 0:
+                lines.append(f"{quoted},{frame},{','.join(cells)}")
     return "\n".join(lines) + "\n"
 
 
-def _table(head: Clubhead) -> np.ndarray:
+def _table(head: Clubhead, points: Sequence[str]) -> np.ndarray:
     import numpy as np
 
-    poses, count = head.poses, len(head.poses.found)
+    from ..identification.clubhead_path import bandwidth
+
+    poses, count, rate = head.poses, len(head.poses.found), head.swing.rate
     spread = np.sqrt(np.trace(poses.covariance[:, :3, :3], axis1=1, axis2=2) / 3)
     turned = np.stack([head.angles, head.angle_stds], axis=2).reshape(count, 6)
-    speeds = np.stack([head.speeds, head.speed_stds], axis=2).reshape(count, 6)
+    speeds = np.stack([head.speeds, head.speed_stds], axis=2)
+    before, after = (bandwidth(width, rate) for width in head.width)
+    late = head.impact is not None and np.arange(count) > head.impact_frame
     rest = (
-        head.path_angle, head.attack_angle, head.direction_std, head.raw_speed,
-        head.raw_speed_std, head.raw_attack_angle, poses.used.sum(axis=1),
+        head.path_angle, head.path_std, head.attack_angle, head.attack_std, head.raw_speed,
+        head.raw_speed_std, head.raw_attack_angle, head.raw_attack_std,
+        np.where(late, after, before), poses.used.sum(axis=1),
     )  # fmt: skip
-    times = np.arange(count) / head.swing.rate
-    return np.column_stack([times, poses.position, spread, turned, speeds, *rest])
+    own = {name: speeds[:, 3 + k] for k, name in enumerate(head.club.points)}
+    further = [own.get(name, np.full((count, 2), np.nan)) for name in points]
+    times = np.arange(count) / rate
+    main = speeds[:, :3].reshape(count, 6)
+    return np.column_stack([times, poses.position, spread, turned, main, *rest, *further])
 
 
 def show_clubhead(result: Mapping[str, Any]) -> None:
@@ -208,6 +226,11 @@ def show_clubhead(result: Mapping[str, Any]) -> None:
     for swing in result["swings"]:
         for warning in swing["warnings"]:
             console.print(f"! {swing['name']}: {warning}")
+        smooth = swing["smoothing"]
+        console.print(
+            f"{swing['name']}: speeds and directions are smoothed over {smooth['frames']} frames, "
+            f"to {smooth['bandwidth']:.3g} Hz; the raw steps from frame to frame stand beside."
+        )
     console.print(result["sentence"])
 
 

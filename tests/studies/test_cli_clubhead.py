@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -165,3 +166,42 @@ def test_a_table_without_a_sidecar_says_what_is_missing(
     path.unlink()
     assert cli.main(["clubhead", str(tmp_path / "drive.csv")]) == 2
     assert "write drive.toml" in capsys.readouterr().err
+
+
+def test_further_points_have_columns_and_a_slipped_frame_keeps_the_files_numbers(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = make_swing(2, markers=10)
+    seen = np.delete(made.seen, 40, axis=0)
+    points = '[club.points]\ngrip = [-0.02, 0.05, 0.6]\nthird = "M2"\n'
+    whole = SIDECAR.replace("[ball]", points + "[ball]")
+    path, out = write_swing(tmp_path, replace(made, seen=seen), sidecar=whole), tmp_path / "out"
+    assert cli.main(["clubhead", str(path), "--out", str(out), "--json"]) == 0
+    swing = json.loads(capsys.readouterr().out)["swings"][0]
+    assert swing["frames"] == len(seen) and swing["impact"]["frame"] == int(made.frame) - 1
+    assert swing["impact"]["grip_speed"]["value"] < 0.8 * swing["impact"]["speed"]["value"]
+    assert swing["noise_std"] == pytest.approx(
+        swing["noise"] / np.sqrt(2 * 24 * len(seen)), rel=0.1
+    )
+    with (out / "clubhead.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [int(row["frame"]) for row in rows] == list(range(len(seen)))
+    times = np.array([float(row["time"]) for row in rows])
+    assert np.diff(times)[39] == pytest.approx(2 / made.rate) and np.diff(times).min() > 0.9 / 5000
+    for name in ("grip_speed", "third_speed_std", "path_angle_std", "attack_angle_std"):
+        assert float(rows[30][name]) > 0
+    smooth = swing["smoothing"]
+    for row, key in ((30, "bandwidth"), (-5, "bandwidth_after")):
+        assert float(rows[row]["bandwidth"]) == pytest.approx(smooth[key])
+
+
+@pytest.mark.parametrize(
+    ("point", "words"),
+    [('toe = "M1"', "other than toe"), ('a = "M99"', "M9"), ("a = [0.0, 0.0, 600.0]", "unit")],
+)
+def test_a_point_that_cannot_be_is_refused(tmp_path, capsys, point, words) -> None:
+    whole = SIDECAR.replace("[ball]", f"[club.points]\n{point}\n[ball]")
+    path = write_swing(tmp_path, make_swing(2, markers=10), sidecar=whole)
+    assert cli.main(["clubhead", str(path)]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "[club.points]" in said and words in said and "Mend" in said
