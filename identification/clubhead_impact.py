@@ -190,7 +190,7 @@ def window_of(approach: Approach, shortest: int = SHORTEST) -> int:
 
 def _unlikely(chi2: float, count: int, degree: int) -> bool:
     free = 6 * (count - degree - 1)
-    return chi2 > chi2_law.isf(CHANCE, free) / free
+    return bool(chi2 > chi2_law.isf(CHANCE, free) / free)
 
 
 def tones_beside(approach: Approach, solved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -24,6 +24,9 @@ SLIDE = 3.0
 CERTAIN = 6.0
 """Standard errors by which that must be seen [-]."""
 
+MOST_TRIPLES = 120
+"""Triples of markers that are tried in a frame whose markers are at odds [-]."""
+
 START_NOISE = 2e-4
 """Largest noise of one coordinate that is supposed before outliers are taken away [m]."""
 
@@ -87,6 +90,7 @@ class _Fitting:
         self.there: np.ndarray = np.asarray(np.isfinite(seen).all(axis=2))
         self.seen[~self.there] = 0.0
         self.used: np.ndarray = self.there.copy()
+        self.repeated = np.zeros(len(seen), dtype=bool)
         self.words: list[str] = []
         self.noise = LEAST_NOISE
 
@@ -196,13 +200,14 @@ class _Fitting:
         same = np.all((self.seen[1:] == self.seen[:-1]) | ~both[..., None], axis=(1, 2))
         same &= np.all(self.there[1:] == self.there[:-1], axis=1) & both.any(axis=1)
         rows = np.flatnonzero(same) + 1
+        self.repeated[rows] = True
         if len(rows):
             self.used[rows] = False
             self.there[rows] = False
             plural = "s repeat" if len(rows) > 1 else " repeats"
             self.words.append(
-                f"Frame{plural} the one before, digit for digit: {_runs(rows)}. "
-                "They were left out; if frames were inserted, later times are late."
+                f"Frame{plural} the one before, digit for digit, and "
+                f"{'were' if len(rows) > 1 else 'was'} left out: {_runs(rows)}."
             )
 
     def _reject(self) -> None:
@@ -215,6 +220,9 @@ class _Fitting:
         for chunk in np.array_split(rows, max(1, len(rows) // 500)):
             if len(chunk):
                 self.used[chunk] = self._votes(chunk)
+        lost = rows[self.used[rows].sum(axis=1) < FEWEST]
+        for row in lost[self.there[lost].sum(axis=1) > FEWEST]:
+            self.used[row] = self._consensus(int(row), np.sqrt(limit))
         self._refit(rows)
         for _ in range(len(self.cloud) - FEWEST):
             _, score = self._scores(rows)
@@ -236,6 +244,20 @@ class _Fitting:
         agree = (np.abs(apart - known) < VOTE * np.sqrt(2.0) * self.noise) & both
         votes = agree.sum(axis=2) - there
         return there & (2 * votes >= there.sum(axis=1, keepdims=True) - 1)
+
+    def _consensus(self, row: int, limit: float) -> np.ndarray:
+        """The most markers of a frame that lie where three of them say; none where too few do."""
+        members = np.flatnonzero(self.there[row])
+        triples = list(combinations(members.tolist(), FEWEST))
+        chosen = triples[:: -(-len(triples) // MOST_TRIPLES)]
+        used = np.zeros((len(chosen), len(self.cloud)), dtype=bool)
+        used[np.arange(len(chosen))[:, None], np.array(chosen)] = True
+        seen = np.broadcast_to(self.seen[row], (len(chosen), *self.cloud.shape))
+        rotation, position = rigid_fit(self.cloud, seen, used)
+        rest = seen - self.cloud @ np.swapaxes(rotation, 1, 2) - position[:, None]
+        near = (np.linalg.norm(rest, axis=2) < limit) & self.there[row]
+        best = near[near.sum(axis=1).argmax()]
+        return best if best.sum() > FEWEST else np.zeros(len(best), dtype=bool)
 
     def _exchange(self) -> bool:
         """Finds swapped pairs, swaps them back, and tells them."""
@@ -287,7 +309,8 @@ class _Fitting:
             marker, moved, start = found
             name = self.names[marker]
             if moved > start:
-                text = f"Marker {name} slides by {1e3 * moved:.2g} mm over the swing"
+                # from the first third's middle to the last one's is two thirds of the way
+                text = f"Marker {name} slides by some {1.5e3 * moved:.2g} mm over the swing"
             else:
                 text = f"Marker {name} sits {1e3 * start:.2g} mm from its place in the cloud"
             self.words.append(f"{text}; it was left out.")
@@ -326,7 +349,7 @@ class _Fitting:
                 f"The markers contradict each other, and none can be blamed, in "
                 f"{_runs(np.flatnonzero(doubtful))}; there is no pose."
             )
-        few = ~self._enough()
+        few = ~self._enough() & ~self.repeated
         if few.any():
             self.words.append(
                 f"Fewer than {FEWEST} markers can be used in {_runs(np.flatnonzero(few))}; "

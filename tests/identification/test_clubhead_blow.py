@@ -227,6 +227,31 @@ def test_one_marker_in_another_unit_is_named():
         measure(made, seen)
 
 
+def test_two_pairs_swapped_at_once_are_swapped_back():
+    made = make_swing(28, markers=8)
+    seen = made.seen.copy()
+    seen[30:50, [0, 4, 2, 6]] = seen[30:50, [4, 0, 6, 2]]
+    head, clean = measure(made, seen), measure(made)
+    for pair in ("m0 and m4", "m2 and m6"):
+        told = f"Markers {pair} are swapped in frames 30 to 49"
+        assert any(told in said for said in head.warnings), head.warnings
+    assert head.poses.found.all() and head.status == GOOD
+    assert head.poses.position == pytest.approx(clean.poses.position, abs=1e-4)
+
+
+def test_a_repeat_is_told_once_and_a_slide_by_its_size():
+    made = make_swing(10, markers=8)
+    seen = made.seen.copy()
+    seen[50] = seen[49]
+    said = measure(made, seen).warnings
+    assert sum("50" in one for one in said) == 1 and not any("Fewer than" in one for one in said)
+    slide = np.linspace(0.0, 1e-3, len(seen))[:, None] * np.array([0.6, 0.0, 0.8])
+    seen = made.seen.copy()
+    seen[:, 4] += np.einsum("nij,nj->ni", made.rotation, slide)
+    told = next(one for one in measure(made, seen).warnings if "Marker m4 slides" in one)
+    assert 0.85 < float(told.split()[5]) < 1.15, told
+
+
 # errors of the curves, and any point
 
 
