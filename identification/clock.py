@@ -75,6 +75,60 @@ def clock_of(times: np.ndarray, path: Path, column: str, first_row: int = 0) -> 
     return Clock(rate, float(times[0]))
 
 
+def agreed_rate(path: Path, stated: float | None, measured: float, whose: str) -> float:
+    """The stated rate, after checking that it is that of the file; the file's where none is.
+
+    Args:
+        path: whoever states it, for messages.
+        stated: samples a second [Hz]; None where only the file tells.
+        measured: samples a second by the file itself [Hz].
+        whose: what of the file tells it, for messages.
+
+    Returns:
+        Samples a second [Hz].
+
+    Raises:
+        ValueError: where they differ by more than `RATE_AGREEMENT`.
+    """
+    if stated is None:
+        return measured
+    if abs(stated / measured - 1.0) > RATE_AGREEMENT:
+        mend = "correct 'sample_rate' or the unit of the time column, or leave 'sample_rate' out"
+        expected = f"the rate of {whose}, {measured:.6g} Hz"
+        raise fault(path, "[record] sample_rate", expected, f"{stated:.6g} Hz", mend)
+    return stated
+
+
+def check_stated_rate(path: Path, stated: float, times: np.ndarray, header: str) -> None:
+    """Refuses a stated rate that a column of times contradicts, even or not.
+
+    A column that does not run forward is no clock. One without a unit may count ms or µs, and one
+    with gaps has the rate of its usual steps.
+
+    Args:
+        path: whoever states it, for messages.
+        stated: samples a second [Hz].
+        times: the column's, shape (n,) [s, or its own unit where its header states none].
+        header: of the column.
+
+    Raises:
+        ValueError: where the rates differ by more than `RATE_AGREEMENT`.
+    """
+    steps = np.diff(times)
+    if len(steps) < 8 or not np.isfinite(times).all() or np.mean(steps >= 0.0) < 0.9:
+        return
+    long, usual = float(times[-1] - times[0]), float(np.median(steps))
+    if long <= 0.0:
+        return
+    scales = (1.0,) if "[" in header or "(" in header else (1.0, 1e-3, 1e-6)
+    known = [len(steps) / long] + ([1.0 / usual] if usual > 0.0 else [])
+    near = [
+        abs(stated * scale / rate - 1.0) <= RATE_AGREEMENT for scale in scales for rate in known
+    ]
+    if not any(near):
+        agreed_rate(path, stated, known[0], f"the time column '{header}'")
+
+
 def _row(column: str, row: int) -> str:
     return f"column '{column}', row {row}"
 

@@ -21,6 +21,9 @@ FEWEST = 32
 """Fewest samples that two records must share [-]."""
 
 
+EVEN = 1e-3
+"""By which share points may be wider apart than samples and need no low-pass [-]."""
+
 TRIED = 5
 """Peaks of the correlation from which least squares starts [-]."""
 
@@ -178,7 +181,7 @@ def on_points(times: np.ndarray, values: np.ndarray, points: np.ndarray) -> Poin
     sample.
     """
     step, wide = float(times[1] - times[0]), float(points[1] - points[0])
-    cutoff = ROOM * 0.5 / wide if wide > step else None
+    cutoff = ROOM * 0.5 / wide if wide > step * (1.0 + EVEN) else None
     kept = values if cutoff is None else zero_phase_lowpass(values, 1.0 / step, cutoff)
     is_known = (points >= times[0]) & (points <= times[-1])
     found = np.full(len(points), np.nan)

@@ -8,9 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import stats
+from scipy.interpolate import CubicSpline
 from scipy.signal import cont2discrete, lfilter
 
 from .lowpass import zero_phase_lowpass
+from .units import STANDARD_GRAVITY
 
 BAND = 40.0
 """Highest frequency that is compared [Hz]."""
@@ -29,6 +31,12 @@ LEFT, VISIBLE = 0.05, 1.0
 
 LEVEL = 0.95
 """Confidence of every interval [-]."""
+
+STEP = 0.004
+"""Steps in which the shift of a clock is tried at first [s]."""
+
+REST, FELT, MEAN = 0.15, 0.25, 0.6
+"""How long a rest is looked at [s], and which level at rest and on the average is gravity's [g]."""
 
 PRESENT, ABSENT, UNTOLD = "oscillates", "no_oscillation", "cannot_tell"
 
@@ -53,6 +61,8 @@ class Hold:
         predicted: head as the hand moves it, shape (n,) [m/s^2].
         rest: head less the hand's rigid share, shape (n,) [m/s^2].
         times: of both, shape (n,) [s].
+        late: by which the head's clock was found to be behind the hand's [s]; 0 where it is told.
+        weight: what tells of gravity, in a sentence; empty where nothing does.
     """
 
     status: str
@@ -70,6 +80,8 @@ class Hold:
     predicted: np.ndarray
     rest: np.ndarray
     times: np.ndarray
+    late: float = 0.0
+    weight: str = ""
 
 
 class _Trial(NamedTuple):
@@ -84,18 +96,31 @@ def _misfit(trial: _Trial) -> float:
     return trial.misfit
 
 
-def hold(hand: np.ndarray, head: np.ndarray, rate: float, frequency: float | None = None) -> Hold:
+def hold(
+    hand: np.ndarray,
+    head: np.ndarray,
+    rate: float,
+    frequency: float | None = None,
+    apart: float = 0.0,
+) -> Hold:
     """Compares the accelerations of a hand and of the clubhead that it moves.
 
     The head follows the hand as a mass on the shaft's spring and the hold's damping: what a rigid
     club would do is the limit of an infinite damping. Errors count as many samples as the residual
     has that are independent.
 
+    **There is no gravity in this model.** It holds for motions in a level plane, as those of
+    section 6.5, whose accelerometers feel none of it. Where the arm swings up and down, both feel
+    g times the sine of its angle, which the head does not magnify as it does the hand's motion: a
+    golfer's hold is then mostly ``cannot_tell``, or a damping that is none. `weight` says where a
+    record shows it; a motion that begins, turns and ends with the arm at the same height does not.
+
     Args:
         hand: acceleration of the hand, from rest on, shape (n,) [m/s^2]; either sign.
         head: that of the clubhead, in the direction of the swing, shape (n,) [m/s^2].
         rate: samples a second [Hz].
         frequency: undamped one of the club, where it is known from a decay [Hz]; else sought.
+        apart: by how much the two clocks may still be apart [s]; the likeliest shift is taken.
 
     Returns:
         Whether the club oscillates, and the equivalent damping with its interval.
@@ -105,11 +130,12 @@ def hold(hand: np.ndarray, head: np.ndarray, rate: float, frequency: float | Non
 
     Source: thesis, section 6.5; the model and its intervals are ours.
     """
+    weight = weight_seen(hand, head, rate)
     hand, head, slow = _compared(hand, head, rate)
+    hand, head, late, trials = _shifted(hand, head, slow, frequency, apart)
     columns = np.stack([np.ones(len(hand)), hand], axis=1)
     rigid, *_ = np.linalg.lstsq(columns, head, rcond=None)
     left = head - columns @ rigid
-    trials = _profile(hand, head, slow, frequency)
     misfits = np.array([one.misfit for one in trials])
     at = int(np.argmin(misfits))
     best = trials[at]
@@ -138,7 +164,68 @@ def hold(hand: np.ndarray, head: np.ndarray, rate: float, frequency: float | Non
         best.predicted,
         left,
         np.arange(len(head)) / slow,
+        late,
+        weight,
     )
+
+
+def _shifted(
+    hand: np.ndarray, head: np.ndarray, rate: float, frequency: float | None, apart: float
+) -> tuple[np.ndarray, np.ndarray, float, list[_Trial]]:
+    """Both where the hand, moved by the likeliest shift, is known, the shift, and the trials.
+
+    For each damping ratio the likeliest shift is taken, so that intervals know of it.
+    """
+    if apart <= 0.0:
+        return hand, head, 0.0, _profile(hand, head, rate, frequency)
+    times, edge = np.arange(len(hand)) / rate, math.ceil(apart * rate) + 1
+    inner, curve = slice(edge, -edge), CubicSpline(times, hand)
+    found: dict[float, list[_Trial]] = {}
+
+    def tried(late: float) -> float:
+        moved = curve(times[inner] - late)
+        found[late] = _profile(moved, head[inner], rate, frequency)
+        return min(one.misfit for one in found[late])
+
+    steps = np.linspace(-apart, apart, 2 * math.ceil(apart / STEP) + 1)
+    best, width = float(min(steps, key=tried)), float(steps[1] - steps[0])
+    for _ in range(3):
+        width /= 2
+        near = [one for one in (best - width, best + width) if abs(one) <= apart]
+        best = min([best, *near], key=lambda late: tried(late) if late not in found
+                   else min(one.misfit for one in found[late]))  # fmt: skip
+    trials = [min(each, key=_misfit) for each in zip(*found.values(), strict=True)]
+    return curve(times[inner] - best), head[inner], best, trials
+
+
+def weight_seen(hand: np.ndarray, head: np.ndarray, rate: float) -> str:
+    """What accelerometers say of gravity while they rest, or on the average.
+
+    Args:
+        hand: acceleration of the hand, shape (n,) [m/s^2].
+        head: that of the clubhead, shape (n,) [m/s^2].
+        rate: samples a second [Hz].
+
+    Returns:
+        A sentence; empty where neither feels a share of g, or where none of them rests [-].
+    """
+    count = max(4, round(REST * rate))
+    for name, values in (("hand", np.asarray(hand, float)), ("head", np.asarray(head, float))):
+        noise = float(np.median(np.abs(np.diff(values)))) / 0.6745
+        for end, part in (("begins", values[:count]), ("ends", values[-count:])):
+            still = float(np.ptp(np.convolve(part, np.ones(count // 4) / (count // 4), "valid")))
+            level = float(np.mean(part))
+            if abs(level) > FELT * STANDARD_GRAVITY and still < 0.2 * abs(level) + 2 * noise:
+                return (
+                    f"The {name}'s accelerometer feels {level:.1f} m/s^2 at rest where the record "
+                    f"{end}: gravity, which this model has not. It is for motions in a level plane."
+                )
+        if abs(float(np.mean(values))) > MEAN * STANDARD_GRAVITY:
+            return (
+                f"The {name}'s accelerometer feels {np.mean(values):.1f} m/s^2 on the average: "
+                "gravity, which this model has not. It is for motions in a level plane."
+            )
+    return ""
 
 
 def _compared(

@@ -5,21 +5,28 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..model.door import fault, one_of, read_toml, toml_text
+from .c3d import C3dTable, open_c3d
+from .clock import agreed_rate, clock_of
 from .marker_file import read_markers
 from .sidecar import CLOCK, read_sidecar
+from .sources import SUFFIXES
 from .tables import Table, read_table
 from .units import SI_UNITS, UnitError, conversion
+from .vectors import TIMES
 
 GUESSES = ("acceleration", "velocity", "position", "force", "torque", "angle", "angular_velocity",
            "angular_acceleration", "strain", "voltage")  # fmt: skip
 """Quantities that a unit may tell, in the order in which they are tried [-]."""
+
+FILES = ("rig", "file")
+"""Keys of a sidecar that name another file [-]."""
 
 DRIVING = ("force", "torque")
 """Quantities of inputs [-]."""
@@ -27,7 +34,6 @@ DRIVING = ("force", "torque")
 UNTOLD = "No file says where a channel was measured: write 'place', and 'test' and 'rig', by hand."
 """What a sidecar that was made of a file alone still needs [-]."""
 
-_TIMES = ("time", "t", "zeit")
 _INDEX = re.compile(r"\S\[\d+\]$")
 _BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*$")
 
@@ -90,15 +96,21 @@ def house_format(path: Path | str, sample_rate: float | None = None) -> HouseFor
     """
     path = Path(path)
     beside = path.with_suffix(".toml")
-    if path.suffix.lower() == ".c3d":
+    if path.suffix.lower() == ".c3d" and not _maps_channels(beside):
+        if not beside.is_file() and not open_c3d(path).places.size:
+            return _told(path, sample_rate)
         return _markers(path, beside if beside.is_file() else None, sample_rate)
     if path.suffix.lower() == ".toml":
         document = read_toml(path)[0]
         named = str(document.get("record", {}).get("file", ""))
-        if named.lower().endswith(".c3d"):
+        if named.lower().endswith(".c3d") and "channels" not in document:
             return _markers(path.parent / named, path, sample_rate)
         return _mapped(path)
     return _mapped(beside) if beside.is_file() else _told(path, sample_rate)
+
+
+def _maps_channels(sidecar: Path) -> bool:
+    return sidecar.is_file() and "channels" in read_toml(sidecar)[0]
 
 
 def _told(path: Path, sample_rate: float | None) -> HouseFormat:
@@ -108,7 +120,7 @@ def _told(path: Path, sample_rate: float | None) -> HouseFormat:
     for key in table.columns:
         header = table.name(key)
         label, unit = _split(header or f"column_{key}")
-        if table.own_rate is None and label.casefold() in _TIMES:
+        if table.own_rate is None and label.casefold() in TIMES:
             clock = _seconds(table.column(key, None, "column"), unit, path, label)
             continue
         columns.append(_column(table, key, label, unit, named))
@@ -116,6 +128,8 @@ def _told(path: Path, sample_rate: float | None) -> HouseFormat:
         raise fault(path, "", "columns of numbers", "none", "name the right file")
     times = [one.times if one.times is not None else clock for one in columns]
     rate = sample_rate
+    if rate is not None and clock is not None:
+        agreed_rate(path, rate, clock_of(clock, path, "time").rate, "the time column")
     if rate is None and any(each is None for each in times):
         mend = "say --sample-rate, in Hz"
         raise fault(path, "", "a clock: a column 'time', or a rate", "neither", mend)
@@ -184,8 +198,7 @@ def _mapped(path: Path) -> HouseFormat:
 
 
 def _opened(path: Path, named: Any, header_rows: int, files: dict[str, str]) -> Table:
-    suffixes = (".csv", ".txt", ".mat", ".tdms", ".uff", ".unv", ".uf", ".bunv")
-    candidates = [path.parent / str(named)] if named else [path.with_suffix(s) for s in suffixes]
+    candidates = [path.parent / str(named)] if named else [path.with_suffix(s) for s in SUFFIXES]
     data = next((one for one in candidates if one.is_file()), None)
     if data is None:
         listed = one_of(one.name for one in candidates)
@@ -269,6 +282,7 @@ def _markers(path: Path, sidecar: Path | None, sample_rate: float | None) -> Hou
     record = {"test": "swing", **document.get("record", {}), "file": f"{stem}.csv"}
     markers = {**document.get("markers", {}), "unit": seen.unit}
     kept = {k: v for k, v in document.items() if k not in ("record", "markers")}
+    kept = _in_full(kept, path.parent if sidecar is None else sidecar.parent)
     whole = {"record": {**record, "sample_rate": seen.rate}, "markers": markers, **kept}
     told = tuple(
         {"channel": name, "file": f"{stem}.csv", "samples": len(places),
@@ -277,7 +291,43 @@ def _markers(path: Path, sidecar: Path | None, sample_rate: float | None) -> Hou
     )  # fmt: skip
     texts = {f"{stem}.csv": "\n".join([",".join(headers), *rows]) + "\n",
              f"{stem}.toml": toml_text(whole)}  # fmt: skip
-    return HouseFormat(stem, texts, told, (), files)
+    analog = _analog(path, f"{stem}_analog", files)
+    return HouseFormat(
+        stem, {**texts, **analog.texts}, (*told, *analog.channels), analog.doubts, files
+    )
+
+
+def _analog(path: Path, name: str, files: dict[str, str]) -> HouseFormat:
+    """The analog channels of a C3D file, at their own rate, with a sidecar of their own."""
+    table, named = read_table(path), _Named()
+    assert isinstance(table, C3dTable)
+    columns = []
+    for key in table.analog_columns:
+        label, unit = _split(table.name(key))
+        if np.ptp(table.column(key, None, "column")) == 0.0:
+            named.doubts.append(f"{label}: it never changes; it was left out.")
+        else:
+            columns.append(replace(_column(table, key, label, unit, named), times=None))
+    if not columns:
+        return HouseFormat(name, {}, (), tuple(named.doubts), files)
+    record = {
+        "description": f"analog channels of {path.name}",
+        "sample_rate": float(table.content.analog_rate),
+    }
+    return _written(name, {"record": record}, columns, (*named.doubts, UNTOLD), files)
+
+
+def _in_full(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Tables whose files are named in full, so that they are found from elsewhere."""
+    found: dict[str, Any] = {}
+    for key, value in document.items():
+        if isinstance(value, Mapping):
+            found[key] = _in_full(value, folder)
+        elif key in FILES and isinstance(value, str):
+            found[key] = str((folder / value).resolve())
+        else:
+            found[key] = value
+    return found
 
 
 def _split(header: str) -> tuple[str, str]:
@@ -317,25 +367,24 @@ def _unique(text: str, taken: set[str]) -> str:
     """A name that stands once, and can be a header: without commas, quotes and brackets."""
     plain = " ".join(re.sub(r"[,;\"'\[\]()\t]", " ", text).split()) or "channel"
     name, number = plain, 2
-    while name.casefold() in taken or name.casefold() in _TIMES:
+    while name.casefold() in taken or name.casefold() in TIMES:
         name, number = f"{plain}_{number}", number + 1
     taken.add(name.casefold())
     return name
 
 
-def relative_rig(text: str, folder: Path) -> str:
-    """A sidecar's text whose rig, named in full, is named from a folder.
+def relative_files(text: str, folder: Path) -> str:
+    """A sidecar's text whose files, named in full, are named from a folder.
 
     Args:
         text: of the sidecar.
         folder: where it will lie.
 
     Returns:
-        The text, with the rig's path relative to it [-].
+        The text, with the paths under the keys of `FILES` relative to it [-].
     """
     return re.sub(
-        r'^rig = "(?P<path>[^"]+)"$',
-        lambda match: f'rig = "{os.path.relpath(match["path"], folder.resolve())}"',
+        rf'(?<![\w"-])(?P<key>{"|".join(FILES)}) = "(?P<path>/[^"]+)"',
+        lambda match: f'{match["key"]} = "{os.path.relpath(match["path"], folder.resolve())}"',
         text,
-        flags=re.MULTILINE,
     )

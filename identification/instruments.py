@@ -16,6 +16,9 @@ LEVEL = 0.95
 FEWEST = 3
 """Fewest pairs of a subject whose own limits are told [-]."""
 
+FEWEST_ALIKE = 6
+"""Fewest subjects among whom one can be told to stand out [-]."""
+
 
 @dataclass(frozen=True)
 class Told:
@@ -87,6 +90,7 @@ class Agreement:
         subjects: of each subject with pairs enough.
         sizes: root mean square difference of each subject, by name [unit of the difference].
         outliers: subjects whose differences are unlike the others'.
+        is_tested: whether there are subjects enough to tell whether one is unlike the others.
         without: of all pairs without the outliers; None where there are none.
         slope: change of the difference with the size of what is measured [-].
         slope_p: how likely such a slope is by chance [-].
@@ -96,6 +100,7 @@ class Agreement:
     subjects: tuple[Limits, ...]
     sizes: dict[str, float]
     outliers: tuple[Outlier, ...]
+    is_tested: bool
     without: Limits | None
     slope: float
     slope_p: float
@@ -133,6 +138,7 @@ def agreement(subjects: Sequence[str], first: np.ndarray, second: np.ndarray) ->
         tuple(limits(each, name) for name, each in groups.items() if len(each) >= FEWEST),
         sizes,
         strange,
+        _comparable(sizes) >= FEWEST_ALIKE,
         _overall(kept) if strange and sum(map(len, kept.values())) >= FEWEST else None,
         math.nan if line is None else float(line.slope),
         math.nan if line is None else float(line.pvalue),
@@ -241,12 +247,13 @@ def outliers(
         chance: of naming anybody where all are alike [-].
 
     Returns:
-        The outliers, the strangest first; none where fewer than six subjects are compared.
+        The outliers, the strangest first; none where fewer than `FEWEST_ALIKE` subjects are
+        compared, which is no sign that all are alike.
 
     Source: Rosner 1983, the generalized extreme Studentized deviate, on the upper side alone.
     """
     names = [name for name, size in sizes.items() if size > 0.0]
-    if len(names) < 6:
+    if len(names) < FEWEST_ALIKE:
         return ()
     left = {name: math.log(sizes[name]) for name in names}
     found: list[Outlier] = []
@@ -266,6 +273,11 @@ def outliers(
     return tuple(found[:last])
 
 
+def _comparable(sizes: dict[str, float]) -> int:
+    """Subjects whose typical discrepancy has a logarithm."""
+    return sum(size > 0.0 for size in sizes.values())
+
+
 @dataclass(frozen=True)
 class Averages:
     """What averages without signs tell of agreement, a number a subject.
@@ -277,6 +289,8 @@ class Averages:
         single: within which 95 % of single swings would lie, if there were no bias and the typical
             subject's errors were normal [unit of the averages].
         outliers: subjects unlike the others.
+        is_tested: whether there are subjects enough to tell whether one is unlike the others.
+        count: subjects [-].
         without: the same without them; None where there are none.
     """
 
@@ -285,6 +299,8 @@ class Averages:
     upper: float
     single: float
     outliers: tuple[Outlier, ...]
+    is_tested: bool
+    count: int
     without: Averages | None
 
 
@@ -325,5 +341,7 @@ def averages(sizes: dict[str, float], is_distance: bool) -> Averages:
         math.exp(found.upper.value),
         factor * mean.value,
         strange,
+        len(values) >= FEWEST_ALIKE,
+        len(values),
         averages(kept, is_distance) if strange else None,
     )

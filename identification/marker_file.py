@@ -6,19 +6,20 @@ import io
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from ..model.door import fault, one_of, read_bytes, sha256_of
-from .clock import clock_of
+from .c3d import open_c3d
+from .clock import agreed_rate, check_stated_rate, clock_of
 from .dialect import is_number
 from .tables import LARGEST_FILE, TextTable, read_table
 from .units import UnitError, conversion, header_factor
+from .vectors import TIMES
 
 _AXIS = re.compile(r"^(?P<name>.+?)[ _.:]?(?P<axis>[xyzXYZ])\s*(?P<unit>[\[(].*)?$")
-_TIMES = ("time", "t", "zeit")
 _LOST = ("", "nan", "NaN", "NAN", "NA", "-", "--", "null")
 
 FEWEST = 10
@@ -90,7 +91,8 @@ def read_markers(
         path: the file; ``.c3d`` is read as C3D, everything else as text.
         files: takes up the SHA-256 of the file's bytes.
         unit: of the places; the file's own word where None.
-        rate: frames a second [Hz]; from the file where None.
+        rate: frames a second, which a file with a clock must agree with [Hz]; from the file where
+            None.
         samples: frames to use, the first and one past the last; None for all.
         header_rows: lines of a text file to pass over.
 
@@ -130,7 +132,7 @@ def _read_table(
     clock = None
     for i, header in enumerate(table.layout.names):
         plain = header.split("[")[0].split("(")[0].strip()
-        if plain.casefold() in _TIMES:
+        if plain.casefold() in TIMES:
             clock = i
         elif match := _AXIS.match(header.strip()):
             found.setdefault(match["name"].strip(), {})[match["axis"].lower()] = i
@@ -142,7 +144,13 @@ def _read_table(
     columns = [found[name][axis] for name in names for axis in "xyz"]
     factor = unit_factor(path, table.layout.names[columns[0]], unit, "[markers] unit")
     values = numbers_of(table, columns) * factor
-    rate = rate or _rate_of(table, clock, samples or (0, None))
+    if rate is None:
+        rate = _rate_of(table, clock, samples or (0, None))
+    elif clock is not None:
+        header = table.layout.names[clock]
+        stated = header_factor(header, "time")
+        times = numbers_of(table, [clock])[slice(*(samples or (0, None))), 0]
+        check_stated_rate(path, rate, times * (stated[1] if stated else 1.0), header)
     return MarkerFile(path, rate, names, values.reshape(len(values), len(names), 3))
 
 
@@ -166,30 +174,14 @@ def _read_c3d(
     """The points of a C3D file; a point whose residual is negative was lost."""
     mend = "cut the recording to one swing"
     files[str(path)] = sha256_of(read_bytes(path, LARGEST_FILE, mend))
-    try:
-        from ezc3d import c3d  # pyright: ignore[reportMissingImports]
-    except ImportError:
-        mend = "run 'pip install supple[c3d]', or export the markers as CSV"
-        raise fault(path, "", "the library ezc3d for C3D files", "none installed", mend) from None
-    try:
-        content: Any = c3d(str(path))
-        told = content["parameters"]["POINT"]
-        names = tuple(str(name).strip() for name in told["LABELS"]["value"])
-        points = np.asarray(content["data"]["points"], dtype=float)
-        lost = np.asarray(content["data"]["meta_points"]["residuals"], dtype=float)[0] < 0.0
-        own_rate, own_unit = float(told["RATE"]["value"][0]), str(told["UNITS"]["value"][0]).strip()
-    except (OSError, RuntimeError, ValueError, KeyError, IndexError) as error:
-        text = f"'{' '.join(str(error).split())[:80] or type(error).__name__}'"
-        raise fault(
-            path, "", "a C3D file with points", text, "export it again, or as CSV"
-        ) from None
-    places = np.moveaxis(points[:3], 0, -1).swapaxes(0, 1).copy()
-    places[lost.T] = np.nan
+    content = open_c3d(path)
+    names, places = content.names, content.places
     if not names or len(names) != places.shape[1]:
         found = f"{places.shape[1]} points and {len(names)} labels"
         raise fault(path, "POINT:LABELS", "a name for each point", found, "name them in the lab")
-    factor = unit_factor(path, f"points [{own_unit}]", unit, "[markers] unit")
-    return MarkerFile(path, rate or own_rate, names, places * factor, unit or own_unit)
+    factor = unit_factor(path, f"points [{content.unit}]", unit, "[markers] unit")
+    rate = agreed_rate(path, rate, content.rate, "its points")
+    return MarkerFile(path, rate, names, places * factor, unit or content.unit)
 
 
 def numbers_of(table: TextTable, columns: list[int]) -> np.ndarray:

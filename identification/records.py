@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from ..model.door import fault, nearest, one_of
 from ..model.rig import Rig
 from ..model.robot import PARAMETERS
-from .sidecar import ChannelTable, Sidecar, read_sidecar
+from .sidecar import CalibrationTable, ChannelTable, Sidecar, read_sidecar
 from .signals import Clipping, clipping
 from .sources import (
     Notes,
@@ -25,6 +25,9 @@ from .sources import (
 )
 from .tables import Table
 from .units import Conversion
+
+if TYPE_CHECKING:
+    from .strain import Calibration
 
 MOST_CLIPPED = 0.01
 """Largest share of clipped samples that passes with a warning [-]; beyond it `clipped = true`
@@ -61,6 +64,9 @@ class Channel:
         clock_unknown: whether it comes from another file whose offset is unknown; `start_time`
             then supposes none.
         clipped: flat tops that were found; None where there are none.
+        file: the data file that it was read from.
+        calibration: of a strain gauge by its own readings at known deflections [1/m, 1]; None where
+            the sidecar has none.
     """
 
     name: str
@@ -78,6 +84,8 @@ class Channel:
     clock_offset: float | None = None
     clock_unknown: bool = False
     clipped: Clipping | None = None
+    file: Path | None = None
+    calibration: Calibration | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +106,8 @@ class Record:
         rig_path: its rig; None where none is named.
         files: every file read, with its SHA-256.
         warnings: what the door saw and let pass, in sentences.
+        profile_std: standard deviations of the profile beside a swing's record: ``grip`` [rad] and
+            ``impact`` [s]; only those stated.
     """
 
     name: str
@@ -113,6 +123,7 @@ class Record:
     rig_path: Path | None
     files: dict[str, str]
     warnings: tuple[str, ...] = ()
+    profile_std: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def responses(self) -> tuple[Channel, ...]:
@@ -187,6 +198,10 @@ def read_record(path: Path | str, rig: Path | str | None = None) -> Record:
         rig_path=_rig_path(path, sidecar.record.rig, rig),
         files=files,
         warnings=tuple(notes.warnings),
+        profile_std={
+            key.removesuffix("_std"): float(value)
+            for key, value in sidecar.profile.model_dump(exclude_none=True).items()
+        },
     )
 
 
@@ -247,7 +262,24 @@ def _channel(name: str, table: ChannelTable, own: Source, notes: Notes) -> Chann
         clock_offset=table.clock_offset,
         clock_unknown=table.file is not None and table.clock_offset is None,
         clipped=_checked_clipping(values, table, source.table, converted),
+        file=source.table.path,
+        calibration=_calibration(path, f"{place} calibration", table.calibration, converted),
     )
+
+
+def _calibration(
+    path: Path, place: str, table: CalibrationTable | None, converted: Conversion
+) -> Calibration | None:
+    if table is None:
+        return None
+    from .strain import calibrate
+
+    bent = si_conversion(path, place, table.deflection_unit, "deflection", None).factor
+    deflections, readings = bent * np.array(table.deflection), np.array(table.reading)
+    try:
+        return calibrate(deflections, converted.factor * readings)
+    except ValueError as error:
+        raise ValueError(f"{path}: {place}: {error}") from None
 
 
 def _check_values(raw: np.ndarray, table: Table, column: str | int) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -123,12 +123,14 @@ class Relative:
         by_drive: as the thesis has it, less the motion of the drive alone, shape (n,) [m/s^2].
         twist: of the collet against its drive, shape (n,) [rad].
         carried: what was taken off, shape (n,) [m/s^2].
+        std: standard deviation of `values`, shape (n,), empty where it was not asked for [m/s^2].
     """
 
     values: np.ndarray
     by_drive: np.ndarray
     twist: np.ndarray
     carried: np.ndarray
+    std: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 def relative_acceleration(

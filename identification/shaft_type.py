@@ -1,4 +1,4 @@
-"""How a golfer loads the shaft: a ramp, a peak, a double peak, or none of them, as robots do."""
+"""How a shaft is loaded: a ramp, a peak, a double peak, or none of them, as where a club rings."""
 
 from __future__ import annotations
 
@@ -10,6 +10,12 @@ from scipy.signal import find_peaks
 from .lowpass import zero_phase_lowpass
 
 RAMP, PEAK, DOUBLE_PEAK, NONE = "ramp", "peak", "double_peak", "none"
+NOT_TOLD, RIGID = "not_told", "rigid"
+
+END = 0.020
+"""How long before impact a record may end and still show the whole loading [s]."""
+
+WHOSE = "Whether a golfer's hands or a rigid grip held the club, such a curve does not tell."
 
 CUTOFF = 15.0
 """Low-pass before the look, as the thesis filters strain [Hz]; line 847."""
@@ -21,7 +27,11 @@ LATE = 0.33
 """Share of the loading that passes before the load is there, above which it is a ramp [-]."""
 
 BEFORE = 0.35
-"""Size of a swing back and forth before the loading that no golfer shows [of the largest load]."""
+"""Size of a swing back and forth before the loading that no golfer's hands let [of the largest
+load]."""
+
+RINGS = 4
+"""Humps of either sign of such a swing that takeaway and top of a golfer's do not make [-]."""
 
 APART, SPRUNG = 0.35, 0.05
 """Longest time between two humps of one loading [s], and the lead between them that ends it [of the
@@ -36,18 +46,23 @@ class ShaftType:
     """How the shaft was loaded.
 
     Attributes:
-        name: ``ramp``, ``peak``, ``double_peak`` or ``none``.
+        name: ``ramp``, ``peak``, ``double_peak`` or ``none``; ``not_told`` where the record ends
+            before the loading does.
+        holder: ``rigid`` where the club rings as only a grip without damping lets it, else
+            ``not_told``; never a golfer's hands, see `shaft_type`.
         peaks: instants of the humps [s].
         heights: their loads [m].
         largest: largest load before impact [m].
         start: when the loading begins [s].
         lateness: 0 for a load that is there at once, 0.5 for one that grows evenly [-].
         margin: distance to the next kind of answer, relative to its limit [-].
-        status: ``told``, or ``in_doubt`` where the margin is below a tenth.
+        status: ``told``, or ``in_doubt`` where the margin is below a tenth; of the kind alone, not
+            of `holder`.
         sentence: in words.
     """
 
     name: str
+    holder: str
     peaks: tuple[float, ...]
     heights: tuple[float, ...]
     largest: float
@@ -73,6 +88,15 @@ def shaft_type(times: np.ndarray, lag: np.ndarray, impact: float) -> ShaftType:
     Raises:
         ValueError: where less than a tenth of a second lies before impact.
 
+    A kind is one of the curve, not of who made it. The thesis tells a robot's curve by its
+    oscillations (line 152), and so does this: a club that swings back and forth before the
+    downswing is held by a grip without damping, and its curve is none of the kinds. But a rigid
+    grip that plays a golfer's arm and wrist gently excites hardly any oscillation before the
+    downswing, and the downswing itself takes about one period of the shaft, 0.25 s: the shaft then
+    bends under the same inertia as in hands, and the curve **is** a ramp or a double peak. No
+    limit on it could tell the two apart, for any curve follows from some motion of either hold;
+    that takes the motion of the hand beside it, as in `hold`.
+
     Source: Butler and Winfield 1994, thesis lines 85 and 851: a double peak loads to begin the
     downswing and again where the wrists uncock, a peak loads at once and holds, a ramp grows
     evenly. The limits in numbers are ours.
@@ -85,6 +109,8 @@ def shaft_type(times: np.ndarray, lag: np.ndarray, impact: float) -> ShaftType:
             "record before the downswing."
         )
     rate = 1.0 / (times[1] - times[0])
+    if times[-1] < impact - END:
+        return _cut_short(times[-1], lag, impact)
     load = lag[inside]
     if rate > CUTOFF / 0.45:
         load = zero_phase_lowpass(load, rate, CUTOFF)
@@ -105,7 +131,8 @@ def shaft_type(times: np.ndarray, lag: np.ndarray, impact: float) -> ShaftType:
     nearest = min((abs(rise / PROMINENCE - 1.0) for rise in rises), default=1.0)
     if shaken >= 2:
         text = f"it swings back and forth {shaken} times before the downswing loads it"
-        return _told(NONE, times, load, clear, start, text, 1.0)
+        holder = RIGID if shaken >= RINGS else NOT_TOLD
+        return _told(NONE, times, load, clear, start, text, 1.0, holder)
     if len(clear) > 2:
         text = f"it has {len(clear)} humps"
         return _told(NONE, times, load, clear, start, text, nearest)
@@ -116,6 +143,12 @@ def shaft_type(times: np.ndarray, lag: np.ndarray, impact: float) -> ShaftType:
         (RAMP, "the load grows evenly") if late > LATE else (PEAK, "the load comes at once")
     )
     return _told(kind, times, load, clear or [top], start, word, min(nearest, abs(late / LATE - 1)))
+
+
+def _cut_short(last: float, lag: np.ndarray, impact: float) -> ShaftType:
+    text = f"Not told: the record ends {impact - last:.3f} s before the impact."
+    largest = float(lag.max())
+    return ShaftType(NOT_TOLD, NOT_TOLD, (), (), largest, np.nan, np.nan, 0.0, "in_doubt", text)
 
 
 def _first_of_loading(load: np.ndarray, humps: list[int], top: int, rate: float) -> int:
@@ -153,14 +186,17 @@ def _told(
     start: int,
     why: str,
     margin: float,
+    holder: str = NOT_TOLD,
 ) -> ShaftType:
     largest = float(load.max())
     late = _lateness(load, start) if largest > 0 else 0.0
     words = {NONE: "None of the three kinds"}.get(name, f"A {name.replace('_', ' ')}")
     status = "told" if margin >= 0.1 else "in_doubt"
     doubt = "" if status == "told" else " It is close to another kind."
+    whose = "No golfer's hands let it." if holder == RIGID else WHOSE
     return ShaftType(
         name,
+        holder,
         tuple(float(times[one]) for one in peaks),
         tuple(float(load[one]) for one in peaks),
         largest,
@@ -168,5 +204,5 @@ def _told(
         late,
         float(margin),
         status,
-        f"{words}: {why}; the largest load is {1e3 * largest:.0f} mm.{doubt}",
+        f"{words}: {why}; the largest load is {1e3 * largest:.0f} mm.{doubt} {whose}",
     )

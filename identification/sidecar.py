@@ -73,6 +73,39 @@ class ToleranceTable(_Table):
     radius: float | None = Field(default=None, ge=0.0)
 
 
+class CalibrationTable(_Table):
+    """How a strain gauge read while the grip was clamped and the head was held aside.
+
+    Attributes:
+        deflection: of the head [`deflection_unit`].
+        reading: of the channel, before its `scale`, as its file would hold it [the channel's unit].
+        deflection_unit: such as m or mm.
+    """
+
+    deflection: list[float]
+    reading: list[float]
+    deflection_unit: str = "m"
+
+    @model_validator(mode="after")
+    def _paired(self) -> CalibrationTable:
+        if len(self.deflection) != len(self.reading):
+            found = f"{len(self.deflection)} and {len(self.reading)}"
+            raise rule("a reading for each deflection", "give them in pairs", found)
+        return self
+
+
+class ProfileTable(_Table):
+    """How well the profile that a swing's record lies beside is known: standard deviations.
+
+    Attributes:
+        grip_std: of the grip's angle, one error for the whole swing [rad].
+        impact_std: of the instant of impact [s].
+    """
+
+    grip_std: float | None = Field(default=None, ge=0.0)
+    impact_std: float | None = Field(default=None, ge=0.0)
+
+
 class TimeTable(_Table):
     """The clock's column.
 
@@ -103,6 +136,7 @@ class ChannelTable(_Table):
         held: whether an input keeps its value until the next sample.
         clipped: whether flat tops are known and accepted.
         tolerance: how well the chain is known.
+        calibration: readings of a strain gauge at known deflections.
     """
 
     column: Column
@@ -119,6 +153,7 @@ class ChannelTable(_Table):
     held: bool = False
     clipped: bool = False
     tolerance: ToleranceTable = Field(default_factory=ToleranceTable)
+    calibration: CalibrationTable | None = None
 
     @model_validator(mode="after")
     def _belongs(self) -> ChannelTable:
@@ -130,6 +165,9 @@ class ChannelTable(_Table):
         if self.clock_offset is not None and self.file is None:
             mend = "remove it, or name the channel's own 'file'"
             raise rule("'clock_offset' beside 'file'", mend, "'clock_offset' alone")
+        if self.calibration is not None and self.quantity != "strain":
+            mend = "remove it, or write quantity = 'strain'"
+            raise rule("'calibration' at a strain only", mend, f"it at '{self.quantity}'")
         return self
 
 
@@ -173,12 +211,14 @@ class Sidecar(_Table):
         channels: the channels by name, without the clock.
         parameters: what differed from the rig on that day [SI], by the rig's names.
         start: what is known of the state at the first sample [SI].
+        profile: how well the profile beside a swing's record is known.
     """
 
     record: RecordTable = Field(default_factory=RecordTable)
     channels: dict[str, ChannelTable]
     parameters: dict[str, float] = Field(default_factory=dict)
     start: dict[str, float] = Field(default_factory=dict)
+    profile: ProfileTable = Field(default_factory=ProfileTable)
 
 
 def read_sidecar(path: Path) -> tuple[Sidecar, TimeTable | None, str]:

@@ -8,16 +8,17 @@ from pathlib import Path
 import numpy as np
 
 from ..model.door import fault, nearest, one_of
-from .clock import RATE_AGREEMENT, Clock, clock_of
+from .clock import RATE_AGREEMENT, Clock, agreed_rate, check_stated_rate, clock_of
 from .sidecar import CLOCK, ChannelTable, RecordTable, TimeTable
 from .tables import UNIVERSAL, Table, read_table
 from .units import ARBITRARY, Conversion, UnitError, conversion, header_factor
-from .vectors import Rows
+from .vectors import TIMES, Rows
 
 FEWEST_SAMPLES = 8
 """Fewest samples that make a record [-]."""
 
-_SUFFIXES = (".csv", ".txt", ".mat", ".tdms", *UNIVERSAL)
+SUFFIXES = (".csv", ".txt", ".mat", ".tdms", *UNIVERSAL, ".c3d")
+"""How data files are called, in the order in which they are looked for beside a sidecar [-]."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Notes:
 
 
 def _data_path(path: Path, named: str | None) -> Path:
-    candidates = [path.with_suffix(suffix) for suffix in _SUFFIXES]
+    candidates = [path.with_suffix(suffix) for suffix in SUFFIXES]
     if named is not None:
         candidates = [path.parent / named]
     data = next((each for each in candidates if each.exists()), None)
@@ -97,6 +98,8 @@ def own_source(path: Path, record: RecordTable, time: TimeTable | None, notes: N
         if rate is None:
             mend = "add sample_rate = ... [Hz], or [channels.time] with column and unit"
             raise fault(path, "[record] sample_rate", "a clock", "neither rate nor times", mend)
+        if record.sample_rate is not None and table.own_rate is None:
+            _check_unmapped_times(path, table, rows, rate)
         return Source(path, table, rows, Clock(rate, 0.0), "", None)
     place = f"[channels.{CLOCK}]"
     values = table.column(time.column, rows, f"{place} column")
@@ -109,16 +112,24 @@ def own_source(path: Path, record: RecordTable, time: TimeTable | None, notes: N
     start = 0 if rows is None else rows[0]
     clock = clock_of(values * converted.factor, table.path, str(time.column), start)
     if record.sample_rate is not None:
-        clock = Clock(_agreed_rate(path, record.sample_rate, clock.rate), clock.start)
+        clock = Clock(
+            agreed_rate(path, record.sample_rate, clock.rate, "the time column"), clock.start
+        )
     return Source(path, table, rows, clock, str(time.column), len(values))
 
 
-def _agreed_rate(path: Path, stated: float, measured: float) -> float:
-    if abs(stated / measured - 1.0) > RATE_AGREEMENT:
-        mend = "correct 'sample_rate' or the unit of [channels.time], or leave one out"
-        expected = f"the rate of the time column, {measured:.6g} Hz"
-        raise fault(path, "[record] sample_rate", expected, f"{stated:.6g} Hz", mend)
-    return stated
+def _check_unmapped_times(path: Path, table: Table, rows: Rows, stated: float) -> None:
+    """A column of times that the sidecar leaves out must not run otherwise than its rate."""
+    for key in table.columns:
+        header = table.name(key)
+        if header.split("[")[0].split("(")[0].strip().casefold() not in TIMES:
+            continue
+        told = header_factor(header, CLOCK)
+        try:
+            times = table.column(key, rows, CLOCK) * (told[1] if told else 1.0)
+        except ValueError:
+            continue  # a column that nobody asks for may hold anything
+        check_stated_rate(path, stated, times, header)
 
 
 def channel_source(own: Source, name: str, table: ChannelTable, notes: Notes) -> Source:

@@ -1,4 +1,4 @@
-"""Tables of laboratories: columns of numbers from text, MAT, universal or TDMS files."""
+"""Tables of laboratories: columns of numbers from text, MAT, universal, TDMS or C3D files."""
 
 from __future__ import annotations
 
@@ -75,11 +75,11 @@ class Table(Protocol):
 
 
 def read_table(path: Path, header_rows: int = 0) -> Table:
-    """Opens a data file: text in any dialect of the contract, MAT, UFF58 or TDMS.
+    """Opens a data file: text in any dialect of the contract, MAT, UFF58, TDMS or C3D.
 
     Args:
         path: the file; ``.mat`` is read as MAT, ``.uff`` and ``.unv`` as UFF58, ``.tdms`` as TDMS,
-            everything else as text.
+            ``.c3d`` as C3D, everything else as text.
         header_rows: lines of a text file to pass over before the header or the data.
 
     Returns:
@@ -91,7 +91,7 @@ def read_table(path: Path, header_rows: int = 0) -> Table:
     suffix = path.suffix.lower()
     if suffix in _STRANGERS and path.is_file():
         mend = "export it as CSV, as MAT of version 7 or older, as UFF58 or as TDMS"
-        expected = "a text, MAT, UFF58 or TDMS file"
+        expected = "a text, MAT, UFF58, TDMS or C3D file"
         raise fault(path, "", expected, f"{_STRANGERS[suffix]} file", mend)
     mend = "cut the recording or lower its sample rate; this is no record of one test"
     content = read_bytes(path, LARGEST_FILE, mend)
@@ -107,6 +107,10 @@ def read_table(path: Path, header_rows: int = 0) -> Table:
         from .tdms import TdmsTable
 
         return TdmsTable(path, sha256_of(content), content)
+    if suffix == ".c3d":
+        from .c3d import C3dTable, open_c3d
+
+        return C3dTable(path, sha256_of(content), open_c3d(path))
     lines = decoded(content, path).split("\n")
     while lines and not lines[-1].strip():
         lines.pop()

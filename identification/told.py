@@ -17,6 +17,10 @@ from .trial import without_general
 MOST = 2
 """Laws that are tried from there [-]."""
 
+NEARLY = 0.9
+"""Share of the best law's gain from which as many more are tried: between slip and hysteresis of a
+joint, steps of the screen's size tell little [-]."""
+
 HORIZONS = (4.0, 20.0, np.inf)
 """Parts of each record that a law is first fitted to with the constants held, in periods [-]."""
 
@@ -70,7 +74,8 @@ def told_trials(fit: Fit) -> tuple[Fit, list[Candidate]]:
         fit: of the model so far.
 
     Returns:
-        That fit, and at most `MOST` candidates of its screen; none where errors of the model do
+        That fit, and the `MOST` candidates of its screen that gain most, or twice as many where
+        they are near each other; none where errors of the model do
         not dominate.
 
     Source: DESIGN's fourth step; tests/identification/test_told.py.
@@ -80,7 +85,8 @@ def told_trials(fit: Fit) -> tuple[Fit, list[Candidate]]:
     told = told_fit(fit)
     found = screen(told)
     worth = [c for c in without_general(found) if c.gain > WORTH * found[0].gain]
-    return told, worth[:MOST]
+    near = [c for c in worth[MOST : 2 * MOST] if c.gain > NEARLY * found[0].gain]
+    return told, worth[:MOST] + near
 
 
 def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> Fit:

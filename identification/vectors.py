@@ -17,6 +17,10 @@ CLOCK = "time"
 is that of the channel X."""
 
 
+TIMES = ("time", "t", "zeit")
+"""How columns of times are called, in small letters and without their unit [-]."""
+
+
 def find_name(key: str, names: Sequence[str]) -> list[int]:
     """Columns that a name means: the exact one, or the one that differs by case, space or unit.
 

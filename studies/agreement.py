@@ -34,6 +34,7 @@ NOTES = (
     "A golfer is unlike the others where the logarithm of his typical difference stands out by "
     "Rosner's test on the upper side; chance accuses one study in twenty.",
 )
+TOO_FEW = "too few to tell"
 _SHOWN = {"m": ("mm", 1e3), "rad": ("deg", 180.0 / np.pi)}
 
 
@@ -139,20 +140,44 @@ def _averages(found: Averages) -> dict[str, Any]:
         "limits_of_golfers": [found.lower, found.upper],
         "single_swings_within": found.single,
         "outliers": [vars(one) for one in found.outliers],
+        "outliers_tested": found.is_tested,
+        "count": found.count,
         "without": None if found.without is None else _averages(found.without),
     }
 
 
 def _averages_words(found: Averages, word: str, scale: float) -> str:
     kept = found.without or found
+    whose = _left_out(found.outliers)
     text = (
-        f"{_span(kept.mean, scale)} {word} on average; golfers' averages lie between "
-        f"{number_words(scale * kept.lower, 2)} and {number_words(scale * kept.upper, 2)} {word}"
+        f"{_span(kept.mean, scale)} {word} on average{whose}; golfers' averages lie between "
+        f"{number_words(scale * kept.lower, 2)} and "
+        f"{number_words(scale * kept.upper, 2)} {word}"
     )
-    return text + _strange(found.outliers, word, scale) + "."
+    if found.without:
+        text += f" (with all {found.count}: {number_words(scale * found.mean.value, 3)} {word})"
+    return text + _strange(found, found.count, word, scale) + "."
 
 
-def _strange(found: tuple[Outlier, ...], word: str, scale: float) -> str:
+def _left_out(found: tuple[Outlier, ...]) -> str:
+    """What numbers without those who stand out are called."""
+    return f" without {_named(found)}" if found else ""
+
+
+def _named(found: tuple[Outlier, ...]) -> str:
+    names = " and ".join(one.subject for one in found)
+    return f"golfer{'s' if len(found) > 1 else ''} {names}"
+
+
+def _strange(all_told: Averages | Agreement, count: int, word: str, scale: float) -> str:
+    """Who stands out; that nobody does is said only where it could have been seen."""
+    from ..identification.instruments import FEWEST_ALIKE
+
+    found = all_told.outliers
+    if not all_told.is_tested:
+        golfers = "golfer is" if count == 1 else "golfers are"
+        least = f"{FEWEST_ALIKE} at least"
+        return f"; {count} {golfers} too few to tell whether one stands out ({least})"
     if not found:
         return "; no golfer stands out"
     told = [
@@ -201,6 +226,7 @@ def _agreement(found: Agreement) -> dict[str, Any]:
         "subjects": [_limits(one) for one in found.subjects],
         "sizes": found.sizes,
         "outliers": [vars(one) for one in found.outliers],
+        "outliers_tested": found.is_tested,
         "without": None if found.without is None else _limits(found.without),
         "slope": None if np.isnan(found.slope) else found.slope,
         "slope_p_value": None if np.isnan(found.slope_p) else found.slope_p,
@@ -214,11 +240,12 @@ def _limits(one: Limits) -> dict[str, Any]:
 
 def _agreement_words(found: Agreement, word: str, scale: float) -> str:
     kept = found.without or found.overall
+    whose = _left_out(found.outliers)
     text = (
-        f"bias {_span(kept.bias, scale)} {word}; 95 % of the differences lie between "
+        f"bias {_span(kept.bias, scale)} {word}{whose}; 95 % of the differences lie between "
         f"{_span(kept.lower, scale)} and {_span(kept.upper, scale)} {word}"
     )
-    return text + _strange(found.outliers, word, scale) + "."
+    return text + _strange(found, len(found.sizes), word, scale) + "."
 
 
 def _span(told: Any, scale: float) -> str:
@@ -230,11 +257,15 @@ def _rows(result: Mapping[str, Any]) -> list[tuple[str, ...]]:
     rows = []
     for one in result["published"]:
         word, scale = _SHOWN[one["unit"]]
-        names = {each["subject"] for each in one["outliers"]}
-        text = f"within {number_words(scale * one['single_swings_within'], 3)} {word} by averages"
-        size = f"{number_words(scale * one['mean']['value'], 3)} {word}"
-        verdict = f"golfer {', '.join(names)} stands out" if names else "all alike"
-        rows.append((one["title"], one["source"], "–", "–", text, size, verdict))
+        names = ", ".join(each["subject"] for each in one["outliers"])
+        verdict = f"golfer {names} stands out" if names else "all alike"
+        parts = [(f"all {one['count']} golfers", one, verdict if _told(one) else TOO_FEW)]
+        parts += [(f"without golfer {names}", one["without"], "")] if names else []
+        for whose, each, word_of in parts:
+            inside = f"within {number_words(scale * each['single_swings_within'], 3)} {word}"
+            size = f"{number_words(scale * each['mean']['value'], 3)} {word}"
+            what = f"{one['title']} ({one['source']})"
+            rows.append((what, whose, "–", "–", f"{inside} by averages", size, word_of))
     for one in result["measured"]:
         word, scale = _SHOWN.get(one["unit"], (one["unit"], 1.0))
         names = {each["subject"] for each in one["outliers"]}
@@ -245,13 +276,18 @@ def _rows(result: Mapping[str, Any]) -> list[tuple[str, ...]]:
             bias, lower, upper = (number_words(scale * each[name]["value"], 3)
                                   for name in ("bias", "lower", "upper"))  # fmt: skip
             size = one["sizes"].get(whose)
+            verdict = "stands out" if whose in names else ""
             rows.append((
                 one["title"], whose, str(each["count"]), f"{bias} {word}",
                 f"{lower} to {upper} {word}",
                 "–" if size is None else f"{number_words(scale * size, 3)} {word}",
-                "stands out" if whose in names else "",
+                TOO_FEW if whose == "all" and not _told(one) else verdict,
             ))  # fmt: skip
     return rows
+
+
+def _told(one: Mapping[str, Any]) -> bool:
+    return one["outliers_tested"]
 
 
 def _write(result: Mapping[str, Any], panels: list[Panel], out: Path | None) -> None:

@@ -28,7 +28,7 @@ def convert_file(
         ValueError: in the words of the door; also where a file would overwrite what it came from.
     """
     from .. import __version__
-    from ..identification.house_format import house_format, relative_rig
+    from ..identification.house_format import house_format, relative_files
     from ..model.door import fault
 
     began = time.perf_counter()
@@ -39,7 +39,7 @@ def convert_file(
         if out is not None and (folder / name).resolve() in read:
             expected = "a folder other than that of the file itself"
             raise fault(path, "--out", expected, f"'{folder}'", "name another folder")
-    texts = {name: relative_rig(text, folder) for name, text in found.texts.items()}
+    texts = {name: relative_files(text, folder) for name, text in found.texts.items()}
     writers = {
         name: lambda each: each.write_text(texts[each.name], encoding="utf-8") for name in texts
     }

@@ -160,13 +160,13 @@ def read_measured(folder: Path) -> MeasuredSwing:
     from ...identification.strain import STRAIN_PER_METER
     from ...model.rig import read_rig
     from ...optimize.profile import POD, read_pod
-    from ..channels import resolved
     from ..profile import profile_file
+    from ..swing_read import read_swing
 
     told, _ = profile_file(folder / "markers.toml", folder / "profile")
     profile = read_pod(folder / "profile" / POD)
     record = read_record(folder / "gauges" / f"{folder.name}.toml")
-    found, _ = resolved(record, _longer(profile))
+    found = read_swing(record, _longer(profile)).found
     assert record.rig_path is not None
     rig = read_rig(record.rig_path)
     start = told["impact"]["time"]["value"] - profile.impact_time

@@ -54,3 +54,36 @@ def test_a_short_or_still_record_is_refused():
         hold(np.zeros(100), np.zeros(100), RATE)
     with pytest.raises(ValueError, match="an acceleration that changes"):
         hold(np.zeros(4000), np.ones(4000), RATE)
+
+
+@pytest.mark.parametrize(
+    ("frequency", "ratio", "late"), [(4.0, 0.01, -0.0331), (3.08, 0.11, 0.0127), (4.17, 1.0, -0.02)]
+)
+def test_clocks_that_are_apart_are_brought_together_by_the_motion(frequency, ratio, late):
+    """A shift looks like a hold's own lag; both are found, and the damping as if none were."""
+    hand, head = moved("-90 to 90 to -90", 6, frequency, ratio)
+    times = np.arange(len(hand)) / RATE
+    moved_hand = np.interp(times + late, times, hand)  # its clock begins `late` too late
+    told = hold(hand, head, RATE)
+    found = hold(moved_hand, head, RATE, apart=0.04)
+    assert found.status == told.status and told.late == 0.0
+    assert found.late == pytest.approx(late, abs=2e-3)
+    assert found.ratio == pytest.approx(told.ratio, rel=0.25)
+    assert found.ratio_low <= ratio <= found.ratio_high
+
+
+def test_gravity_is_said_where_a_record_shows_it():
+    """The model has none: up and down it cannot tell a golfer's hold, or misses its damping."""
+    for motion in ("-90 to 90", "-90 to 90 to -90"):
+        for ratio in (0.01, 1.0):
+            assert hold(*moved(motion, 2, 4.0, ratio), RATE).weight == ""
+            steep = hold(*moved(motion, 2, 4.0, ratio, steep=1.0), RATE)
+            assert "gravity, which this model has not" in steep.weight
+            assert "level plane" in steep.weight
+    steep = hold(*moved("-90 to 90", 2, 4.0, 1.0, steep=1.0), RATE)
+    assert steep.status != ABSENT or not steep.ratio_low <= 1.0 <= steep.ratio_high
+    hidden = hold(*moved("0 to -90 to 90 to 0", 2, 4.0, 1.0, steep=1.0), RATE)
+    assert hidden.weight == ""  # it rests with the arm hanging: its sensors feel nothing then
+    level, upright = moved("-90 to 90", 2, 4.0, 1.0), 9.81
+    mean = hold(level[0] + upright, level[1], RATE).weight
+    assert "9.8 m/s^2" in mean

@@ -28,8 +28,33 @@ def test_a_table_and_a_c3d_file_hold_the_same_markers(folder, name):
     assert np.array_equal(np.isnan(found.places), np.isnan(GOLFER.seen))
     assert np.nanmax(np.abs(found.places - GOLFER.seen)) < 1e-6
     assert list(files) == [str(folder / name)] and len(files[str(folder / name)]) == 64
-    part = read_markers(folder / name, {}, samples=(20, 60), rate=200.0)
-    assert np.array_equal(part.places, found.places[20:60], equal_nan=True) and part.rate == 200.0
+    part = read_markers(folder / name, {}, samples=(20, 60), rate=401.0)
+    assert np.array_equal(part.places, found.places[20:60], equal_nan=True) and part.rate == 401.0
+
+
+@pytest.mark.parametrize("name", ["swing.csv", "swing.c3d"])
+@pytest.mark.parametrize("rate", [40.0, 395.0, 4000.0])
+def test_a_stated_rate_does_not_override_the_files_own_clock(folder, name, rate):
+    if name.endswith("c3d"):
+        pytest.importorskip("ezc3d")
+    with pytest.raises(ValueError, match=r"sample_rate: expected the rate of .*400 Hz, found"):
+        read_markers(folder / name, {}, rate=rate)
+
+
+def test_a_stated_rate_is_believed_beside_no_clock_an_uneven_one_or_one_without_a_unit(folder):
+    path, text = folder / "swing.csv", (folder / "swing.csv").read_text()
+    path.write_text(text.replace("time [s]", "frame"))
+    assert read_markers(path, {}, rate=40.0).rate == 40.0
+    lines = text.splitlines()
+    path.write_text("\n".join([*lines[:100], *lines[103:]]) + "\n")  # frames left out
+    assert read_markers(path, {}, rate=400.0).rate == 400.0
+    with pytest.raises(ValueError, match="even steps"):
+        read_markers(path, {})
+    rows = [f"{2.5 * k:.1f},{line.partition(',')[2]}" for k, line in enumerate(lines[1:])]
+    path.write_text("\n".join([lines[0].replace("time [s]", "time"), *rows]) + "\n")
+    assert read_markers(path, {}, rate=400.0).rate == 400.0  # in ms
+    with pytest.raises(ValueError, match="sample_rate"):
+        read_markers(path, {}, rate=500.0)
 
 
 def test_c3d_in_metres_and_a_stated_unit(folder):

@@ -162,6 +162,27 @@ def test_a_stated_rate_wins_over_its_own_times(tmp_path: Path) -> None:
     assert record.sample_rate == 100.2
 
 
+@pytest.mark.parametrize("clock", ['column = "t"', ""])
+def test_a_stated_rate_far_from_the_files_own_times_is_refused(clock: str, tmp_path: Path) -> None:
+    """Whether or not the sidecar maps the file's column of times."""
+    for header, rate in (("t,x", "50.0"), ("t [s],x", "1000.0"), ("Time (s),x", "102.0")):
+        own = clock.replace('"t"', '"Time"' if "Time" in header else '"t"')
+        text = PLAIN.replace("t,x", header, 1)
+        with pytest.raises(
+            ValueError, match=r"sample_rate: expected the rate of .*, 100 Hz, found"
+        ):
+            read(tmp_path, text, sidecar(clock=own, head=f"sample_rate = {rate}"))
+
+
+def test_a_column_that_is_no_clock_contradicts_no_rate(tmp_path: Path) -> None:
+    head, rows = "sample_rate = 50.0", list(zip(TIMES, VALUES, strict=True))
+    falling = "\n".join(["t,x", *(f"{20 - t % 0.5},{x}" for t, x in rows)])
+    words = "\n".join(["t,x", *(f"now,{x}" for _, x in rows)])
+    in_ms = "\n".join(["t,x", *(f"{2e3 * t:.0f},{x}" for t, x in rows)])  # without a unit
+    for text in (falling, words, in_ms):
+        assert read(tmp_path, text, sidecar(clock="", head=head)).sample_rate == 50.0
+
+
 def test_values_are_read_only_and_files_are_known(tmp_path: Path) -> None:
     record = read(tmp_path, PLAIN, sidecar())
     with pytest.raises(ValueError):

@@ -136,3 +136,22 @@ def test_a_bench_that_hides_it_is_found_out(tmp_path, law, place, seed, size):
         index = found.final.index(f"{place}/{law}")
         error = max(3 * found.final.std(index), 0.02 * size)
         assert abs(abs(found.final.value(index)) - size) < error
+
+
+def test_laws_that_promise_nearly_the_same_there_are_all_tried(monkeypatch):
+    """Slip and hysteresis of a joint: two more where they are near the best, none where not."""
+    from supple.identification import told as module
+
+    gains = {"best": 100.0, "second": 97.0, "third": 95.0, "fourth": 91.0, "fifth": 90.5}
+    found = [SimpleNamespace(name=name, gain=gain) for name, gain in gains.items()]
+    monkeypatch.setattr(module, "worst_ratio", lambda fit: 10 * module.DOMINATED)
+    monkeypatch.setattr(module, "told_fit", lambda fit: fit)
+    monkeypatch.setattr(module, "without_general", list)
+    monkeypatch.setattr(module, "screen", lambda fit: found)
+    fit = cast(Fit, None)
+    assert [one.name for one in told_trials(fit)[1]] == ["best", "second", "third", "fourth"]
+    found[2].gain, found[3].gain = 89.0, 60.0
+    assert [one.name for one in told_trials(fit)[1]] == ["best", "second"]
+    for one in found[1:]:
+        one.gain = 40.0
+    assert [one.name for one in told_trials(fit)[1]] == ["best"]

@@ -30,6 +30,9 @@ def main(words: list[str] | None = None) -> int:
     swings.add_argument("--out", type=Path, required=True)
     swings.add_argument("--seed", type=int, default=0)
     swings.add_argument("--count", type=int, help="the first so many; all if left out")
+    hands = commands.add_parser("hands", help="write accelerations of golfers' hands and heads")
+    hands.add_argument("--out", type=Path, required=True)
+    hands.add_argument("--seed", type=int, default=0)
     feedback = commands.add_parser("feedback", help="let a robot play a profile")
     feedback.add_argument("--profile", type=Path, required=True)
     feedback.add_argument("--out", type=Path, required=True)
@@ -49,6 +52,10 @@ def _do(command: str, asked: dict[str, Any]) -> dict[str, Any]:
 
         found = write_swings(asked["out"], asked["seed"], asked["count"])
         return {"swings": [str(path) for path in found]}
+    if command == "hands":
+        from .hands import write_hands
+
+        return {"hands": [str(path) for path in write_hands(asked["out"], asked["seed"])]}
     if command == "feedback":
         from .servo import write_feedback
 

@@ -124,12 +124,18 @@ def marker_table(golfer: Golfer, unit: str = "mm", clock: bool = True) -> str:
     return "\n".join(lines) + "\n"
 
 
-def c3d_bytes(golfer: Golfer, unit: str = "mm") -> bytes:
-    """The markers as a C3D file, byte by byte: floating point, Intel order; c3d.org's guide."""
+def c3d_bytes(
+    golfer: Golfer, unit: str = "mm", analog: dict[str, tuple[str, np.ndarray]] | None = None
+) -> bytes:
+    """The markers as a C3D file, byte by byte: floating point, Intel order; c3d.org's guide.
+
+    Args:
+        analog: unit and samples of analog channels by name, a whole number of samples a frame.
+    """
     count, points = golfer.seen.shape[:2]
     rate, scale = 1.0 / (golfer.times[1] - golfer.times[0]), {"mm": 1e3, "m": 1.0}[unit]
-    width = max(len(name) for name in golfer.names)
-    labels = "".join(name.ljust(width) for name in golfer.names).encode()
+    analog = analog or {}
+    channels, each = len(analog), len(next(iter(analog.values()))[1]) // count if analog else 0
     parameters = b"".join([
         _group(1, "POINT"),
         _parameter(1, "USED", 2, (), struct.pack("<h", points)),
@@ -137,23 +143,50 @@ def c3d_bytes(golfer: Golfer, unit: str = "mm") -> bytes:
         _parameter(1, "RATE", 4, (), struct.pack("<f", rate)),
         _parameter(1, "DATA_START", 2, (), struct.pack("<h", 4)),
         _parameter(1, "FRAMES", 2, (), struct.pack("<H", count)),
-        _parameter(1, "LABELS", -1, (width, points), labels),
+        _words(1, "LABELS", golfer.names),
         _parameter(1, "UNITS", -1, (len(unit),), unit.encode()),
         _group(2, "ANALOG"),
-        _parameter(2, "USED", 2, (), struct.pack("<h", 0)),
+        _parameter(2, "USED", 2, (), struct.pack("<h", channels)),
+        *_analog_parameters(analog, rate * each),
     ])  # fmt: skip
     parameters = struct.pack("<4B", 1, 0x50, 2, 84) + parameters + b"\0\0"
     assert len(parameters) <= 1024
-    header = struct.pack("<BBhhHHhfhhf", 2, 0x50, points, 0, 1, count, 10, -1.0, 4, 0, rate)
+    header = struct.pack(
+        "<BBhhHHhfhhf", 2, 0x50, points, channels * each, 1, count, 10, -1.0, 4, each, rate
+    )
     lost = np.isnan(golfer.seen.sum(axis=2))
     data = np.zeros((count, points, 4), dtype="<f4")
     data[:, :, :3] = np.where(lost[:, :, None], 0.0, scale * golfer.seen)
     data[:, :, 3] = np.where(lost, -1.0, 0.0)
-    body = data.tobytes()
+    beside = np.zeros((count, channels * each), dtype="<f4")
+    if analog:
+        stacked = np.stack([values for _, values in analog.values()], axis=1)
+        beside[:] = stacked[: count * each].reshape(count, -1)
+    body = np.concatenate([data.reshape(count, -1), beside], axis=1).tobytes()
     return (
         header.ljust(512, b"\0") + parameters.ljust(1024, b"\0")
         + body.ljust(-(-len(body) // 512) * 512, b"\0")
     )  # fmt: skip
+
+
+def _analog_parameters(analog: dict[str, tuple[str, np.ndarray]], rate: float) -> list[bytes]:
+    if not analog:
+        return []
+    count = len(analog)
+    return [
+        _words(2, "LABELS", tuple(analog)),
+        _words(2, "UNITS", tuple(unit for unit, _ in analog.values())),
+        _parameter(2, "GEN_SCALE", 4, (), struct.pack("<f", 1.0)),
+        _parameter(2, "SCALE", 4, (count,), struct.pack(f"<{count}f", *[1.0] * count)),
+        _parameter(2, "OFFSET", 2, (count,), struct.pack(f"<{count}h", *[0] * count)),
+        _parameter(2, "RATE", 4, (), struct.pack("<f", rate)),
+    ]
+
+
+def _words(group: int, name: str, words: tuple[str, ...]) -> bytes:
+    width = max(len(word) for word in words)
+    text = "".join(word.ljust(width) for word in words).encode()
+    return _parameter(group, name, -1, (width, len(words)), text)
 
 
 def _group(number: int, name: str) -> bytes:

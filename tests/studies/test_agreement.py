@@ -39,9 +39,16 @@ def test_subject_13_is_found_in_table_2_and_nobody_in_table_3(tmp_path, capsys):
     study.show(result)
     said = " ".join(capsys.readouterr().out.split())
     assert "golfer 13 (15.5 mm against 5.04 of the others)" in said
+    point_rows = [row for row in agreement._rows(result) if "impact point" in row[0]]
+    assert [(row[1], row[4], row[5]) for row in point_rows] == [
+        ("all 14 golfers", "within 10.7 mm by averages", "5.46 mm"),
+        ("without golfer 13", "within 9.85 mm by averages", "5.04 mm"),
+    ]
+    assert re.search(r"5\.04 \[4\.\d+, 5\.\d+\] mm on average without golfer 13", said)
+    assert "(with all 14: 5.46 mm)" in said
     assert (tmp_path / "agreement.svg").read_text(encoding="utf-8").startswith("<?xml")
     text = (tmp_path / "agreement.md").read_text(encoding="utf-8")
-    assert "(agreement.svg)" in text and text.count("\n| ") == 5
+    assert "(agreement.svg)" in text and text.count("\n| ") == 6
 
 
 @pytest.mark.parametrize("place", [0, 6, 13])
@@ -86,6 +93,27 @@ def test_a_lab_brings_its_own_readings(odd, tmp_path, capsys):
     assert face["left_out"] == 14 and face["unit"] == "rad"
     assert np.degrees(face["overall"]["bias"]["value"]) == pytest.approx(1.5, abs=0.5)
     assert np.degrees(face["overall"]["spread"]) == pytest.approx(2.0, rel=0.2)
+
+
+@pytest.mark.parametrize("golfers", [1, 5, 6])
+def test_too_few_golfers_are_not_called_alike(golfers, tmp_path, capsys):
+    """Five golfers, one of them far off: no test is made, so nobody is acquitted."""
+    rng, lines = np.random.default_rng(3), ["subject,toe:sticker [mm],toe:markers [mm]"]
+    for golfer in range(golfers):
+        for _ in range(8):
+            toe = rng.normal(0.0, 10.0)
+            off = rng.normal(-10.0, 4.0) if golfer == 2 else rng.normal(1.0, 2.0)
+            lines.append(f"G{golfer},{toe + off:.3f},{toe:.3f}")
+    (tmp_path / "few.csv").write_text("\n".join(lines) + "\n")
+    assert main(["study", "run", "agreement", "--data", str(tmp_path), "--json"]) == 0
+    toe = named(json.loads(capsys.readouterr().out), "measured", "toe")
+    assert toe["outliers_tested"] is (golfers == 6)
+    verdicts = [row[6] for row in agreement._rows({"published": [], "measured": [toe]})]
+    if golfers < 6:
+        assert "too few to tell whether one stands out" in toe["sentence"]
+        assert "no golfer stands out" not in toe["sentence"] and verdicts[0] == "too few to tell"
+    else:
+        assert "too few" not in toe["sentence"] and "too few to tell" not in verdicts
 
 
 BAD = {
