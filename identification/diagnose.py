@@ -28,7 +28,10 @@ from .swung import is_swung
 from .told import from_told, told_trials
 from .trial import (
     HALFWAY,
+    IDLE,
     LEAST_EVIDENCE,
+    NO_GAIN,
+    SIMPLER,
     Trial,
     explains_only,
     interval,
@@ -248,16 +251,17 @@ class _Search:
             quick.append((extend(start, candidate, 10), candidate))
             if done is None and misfit_chance(quick[-1][0]) > MISFIT_SHOWN:
                 done = candidate
-        free = done is None and not self.accepted
-        told, fresh = told_trials(self.fit) if free else (self.fit, [])
+        swung = bool(self.accepted) and self._swings(self.accepted[-1].candidate)
+        told, fresh = self.fit, []  # one of what a told motion swings hides the next
+        if done is None and (swung or not self.accepted):
+            told, fresh = told_trials(self.fit, lambda one: swung and self._swings(one))
         for candidate in fresh:
             self.progress(f"trying {candidate.name} from what the rig says")
             quick.append((from_told(told, candidate, start, 15), candidate))
         found: list[Trial] = []
         for fit, candidate in self._worth_whole(start, quick):
-            whole = replace(
-                fit.model, problem=self.fit.problem, allowances=self.fit.model.allowances
-            )
+            now = self.fit
+            whole = replace(fit.model, problem=now.problem, allowances=now.model.allowances)
             full = solve(whole, fit.x, 25)
             found.append(Trial(candidate, full, delta_bic(self.fit, full)))
         return simplest_first(found)
@@ -322,6 +326,9 @@ class _Search:
             return replace(trial, verdict=NO_GAIN)
         return replace(trial, verdict="accepted")
 
+    def _swings(self, candidate: Candidate) -> bool:
+        return is_swung(self.base.problem, candidate.cause)
+
     def _half_asked(self, trial: Trial) -> bool:
         """Whether a law must take away half of what is left.
 
@@ -329,9 +336,8 @@ class _Search:
         real one, or once what small motions leave out of a swing explains nearly all: of that,
         many laws take a little.
         """
-        problem = self.base.problem
-        named = any(is_swung(problem, one.candidate.cause) for one in self.accepted)
-        more = not is_swung(problem, trial.candidate.cause)
+        named = any(self._swings(one.candidate) for one in self.accepted)
+        more = not self._swings(trial.candidate)
         if self.accepted and within_form(self.fit):
             return True
         return named and more and explained(self.base, self.fit) >= SURE_SHARE
@@ -442,9 +448,3 @@ class _Search:
 LEAST_GAIN = 0.05
 """Where errors of the model dominate, a law must take away this share of the cost, or
 `LEAST_STEP` of the misfit beyond noise [-]."""
-
-IDLE = "dropped: a later cause made it idle"
-
-SIMPLER = "refused: its simpler case foretells held-out records better"
-
-NO_GAIN = "refused: held-out records are foretold no better"

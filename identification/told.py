@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -67,11 +68,14 @@ def _told_motions(fit: Fit) -> dict[str, Allowance]:
     return found
 
 
-def told_trials(fit: Fit) -> tuple[Fit, list[Candidate]]:
+def told_trials(
+    fit: Fit, always: Callable[[Candidate], bool] = lambda one: False
+) -> tuple[Fit, list[Candidate]]:
     """The fit where the rig stands, and the laws that gain most there.
 
     Args:
         fit: of the model so far.
+        always: which candidates are tried whatever they gain.
 
     Returns:
         That fit, and the `MOST` candidates of its screen that gain most, or twice as many where
@@ -86,7 +90,8 @@ def told_trials(fit: Fit) -> tuple[Fit, list[Candidate]]:
     found = screen(told)
     worth = [c for c in without_general(found) if c.gain > WORTH * found[0].gain]
     near = [c for c in worth[MOST : 2 * MOST] if c.gain > NEARLY * found[0].gain]
-    return told, worth[:MOST] + near
+    chosen = worth[:MOST] + near
+    return told, chosen + [c for c in found if always(c) and c not in chosen]
 
 
 def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> Fit:

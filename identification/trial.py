@@ -205,3 +205,10 @@ learned, which takes longest and moves little [-]."""
 def explains_only(share: float) -> str:
     """The verdict on a trial that explains too small a share of the misfit [-]."""
     return f"refused: it explains only {100 * share:.0f} % of the misfit beyond the noise"
+
+
+IDLE = "dropped: a later cause made it idle"
+
+SIMPLER = "refused: its simpler case foretells held-out records better"
+
+NO_GAIN = "refused: held-out records are foretold no better"
