@@ -134,7 +134,7 @@ def measure_clubhead(swing: Swing, club: Club, ball: Ball | None = None) -> Club
     )  # fmt: skip
     losses = None if impact is None or after is None else _losses(club, impact, after)
     doubts = [*blow.doubts, *_contradictions(impact, losses)]
-    said += [*doubts, *blow.notes, *_parted(losses), *(ball.warnings if ball else ())]
+    said += [*doubts, *_parted(losses), *(ball.warnings if ball else ())]
     doubt = bool(doubts) or poses.drifting or poses.found.mean() < 0.5
     doubt = doubt or bool(ball and ball.warnings)
     last = -1 if impact is None else impact.frame

@@ -10,6 +10,7 @@ from .clubhead_arc import STRAIGHT
 from .clubhead_face import turn_matrix
 from .clubhead_impact import LONGEST, Approach, approach_of, fit, window_of
 from .clubhead_path import DEGREE
+from .clubhead_rigid import moved, swing_of
 
 FEWEST_FRAMES = 8
 """Fewest frames over which a spinning club is smoothed [-]."""
@@ -86,7 +87,7 @@ def depart(
     Returns:
         None where the frames are too few.
 
-    Source: tests/identification/test_clubhead_after.py.
+    Source: tests/identification/test_clubhead_blow.py.
     """
     rows = rows[rows < rows[0] + round(LONGEST * rate)] if len(rows) else rows
     if len(rows) < DEGREE + 3:
@@ -99,7 +100,7 @@ def depart(
     own = _straightest((rows - first) / rate, center, axes, covariance)
     arm = axes @ own
     whole = np.broadcast_to(np.eye(6), (many, 6, 6)).copy()
-    whole[:, :3, 3:] = _cross(arm)
+    whole[:, :3, 3:] = swing_of(arm)
     spread = whole @ covariance @ np.swapaxes(whole, 1, 2)
     back = np.arange(many)[::-1]  # an approach ends at its reference: time runs backward
     times = (first - rows[back]) / rate
@@ -113,9 +114,8 @@ def depart(
     here = turn_matrix(state[None, 3:6])[0] @ axes[0]
     arm, turning = here @ own, state[9:]
     move = np.eye(12)  # from the straightest point to the middle of the face
-    move[:3, 3:6] = _cross(-arm[None])[0]
-    move[6:9, 3:6] = _cross(turning[None])[0].T @ _cross(-arm[None])[0]
-    move[6:9, 9:] = _cross(-arm[None])[0]
+    move[:3, 3:6] = move[6:9, 9:] = swing_of(-arm)
+    move[6:9, 3:6] = swing_of(turning).T @ swing_of(-arm)
     place, velocity = state[:3] - arm, state[6:9] - np.cross(turning, arm)
     told = move @ (pick @ variance @ pick.T * max(1.0, chi2)) @ move.T
     smoothed = window_of(_tips(times, center, axes, covariance, toe), min(FEWEST_FRAMES, many))
@@ -136,11 +136,6 @@ def _straightest(
     return np.linalg.lstsq(design, wanted, rcond=None)[0][-3:]
 
 
-def _cross(arms: np.ndarray) -> np.ndarray:
-    """Matrices that turn a small turn into the move of a point beside the origin, (n, 3, 3)."""
-    return np.cross(np.eye(3)[None], arms[:, None, :]).swapaxes(1, 2)
-
-
 def _tips(
     times: np.ndarray, center: np.ndarray, axes: np.ndarray, covariance: np.ndarray, toe: np.ndarray
 ) -> Approach:
@@ -148,8 +143,7 @@ def _tips(
     values, spread = [], np.zeros((len(center), 6, 6))
     for part, side in ((slice(0, 3), 1.0), (slice(3, 6), -1.0)):
         arm = side * axes @ toe
-        whole = np.concatenate([np.broadcast_to(np.eye(3), (len(arm), 3, 3)), _cross(arm)], axis=2)
         values.append(center + arm)
-        spread[:, part, part] = whole @ covariance @ np.swapaxes(whole, 1, 2)
+        spread[:, part, part] = moved(covariance, arm)
     both = np.concatenate(values, axis=1)[::-1]
     return Approach(times, both, spread[::-1], np.eye(3), STRAIGHT)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .clubhead_after import Departure, depart
-from .clubhead_arc import STRAIGHT
+from .clubhead_arc import STRAIGHT, Arc
 from .clubhead_ball import Ball
 from .clubhead_face import Face
 from .clubhead_impact import (
@@ -33,6 +33,9 @@ USUAL_CONTACT = 0.0005
 CONTACT_STD = 0.00005
 """Standard deviation of that [s]."""
 
+UNSHARP = 0.1
+"""Share of a frame that is added to it for the shape of a blow, which no frame shows [-]."""
+
 NEAR_FACE = 0.06
 """Distance from the middle of the face within which a ball can be met [m]."""
 
@@ -51,13 +54,11 @@ class Blow:
         impact: None where there was none.
         after: None where there was none, or too few frames follow.
         doubts: sentences for which the impact is not to be trusted.
-        notes: other sentences.
     """
 
     impact: Impact | None
     after: Departure | None = None
     doubts: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
 
     def segments(self, count: int, rate: float) -> np.ndarray:
         """0 before, 1 during and 2 after a contact.
@@ -88,6 +89,8 @@ def blow_of(swing: Swing, club: Club, ball: Ball | None, poses: Poses, axes: np.
 
     Returns:
         The impact with its doubts.
+
+    Source: thesis, section 3.4; tests/identification/test_clubhead_blow.py.
     """
     return _Finding(swing, club, ball, poses, axes).blow()
 
@@ -98,12 +101,11 @@ class _Finding:
     def __init__(
         self, swing: Swing, club: Club, ball: Ball | None, poses: Poses, axes: np.ndarray
     ) -> None:
-        self.swing, self.club, self.ball, self.poses, self.axes = swing, club, ball, poses, axes
+        self.club, self.ball, self.poses, self.axes = club, ball, poses, axes
         self.rate = swing.rate
         along = np.sqrt(np.trace(poses.covariance[:, :3, :3], axis1=1, axis2=2) / 3)
         self.lost = notch(poses.position, poses.found, swing.rate, along, CONTACT)
         self.doubts: list[str] = []
-        self.notes: list[str] = []
 
     def blow(self) -> Blow:
         told = self._told() if self.lost else None
@@ -145,16 +147,16 @@ class _Finding:
             self._compare(values["time"], stds["time"], frame, told)
         by = "notch" if self.ball is None else "ball"
         impact = Impact(values, stds, quantile, frame, count, smoothed, chi2, by, ())
-        return Blow(impact, self._after(frame), tuple(self.doubts), tuple(self.notes))
+        return Blow(impact, self._after(frame), tuple(self.doubts))
 
     def _none(self, why: str) -> Blow:
-        return Blow(None, None, (*self.doubts, why), tuple(self.notes))
+        return Blow(None, None, (*self.doubts, why))
 
     def _before(self, frame: int) -> np.ndarray:
         rows = np.flatnonzero(self.poses.found[: frame + 1])
         return rows[rows > rows[-1] - round(LONGEST * self.rate)] if len(rows) else rows
 
-    def _approach(self, rows: np.ndarray, arc=None) -> Approach:
+    def _approach(self, rows: np.ndarray, arc: Arc | None = None) -> Approach:
         seen = self.poses.position, self.axes, self.poses.covariance
         return approach_of(*seen, rows, self.rate, arc)
 
@@ -180,7 +182,7 @@ class _Finding:
             middle = after.frame / self.rate - behind
             noise = change @ (spread + after.covariance[:3, :3]) @ change / (change @ change) ** 2
             began = middle - 0.5 * USUAL_CONTACT
-            told = began, float(np.hypot(np.sqrt(noise), 0.5 * CONTACT_STD + 0.1 / self.rate))
+            told = began, float(np.hypot(np.sqrt(noise), 0.5 * CONTACT_STD + UNSHARP / self.rate))
             if int(np.floor(began * self.rate)) == frame:
                 break
             frame = int(np.clip(np.floor(began * self.rate), self.lost[0] - 4, self.lost[0] + 2))

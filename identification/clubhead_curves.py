@@ -9,6 +9,7 @@ import numpy as np
 from .clubhead_face import Face
 from .clubhead_path import Smooth, smooth_path
 from .clubhead_pose import Poses
+from .clubhead_rigid import moved
 
 
 def curves_of(
@@ -80,21 +81,6 @@ def _aside(moving: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     left = np.stack([-moving[:, 1], moving[:, 0], 0 * flat], axis=1) / flat[:, None]
     ahead = moving / np.linalg.norm(moving, axis=1)[:, None]
     return left, np.cross(ahead, left)
-
-
-def moved(covariance: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """Covariance of a point beside the origin.
-
-    Args:
-        covariance: of the origin and a small turn, shape (n, 6, 6) [m^2, m rad, rad^2].
-        arm: from the origin to the point, in the room, shape (n, 3) [m].
-
-    Returns:
-        Shape (n, 3, 3) [m^2].
-    """
-    cross = np.cross(np.eye(3)[None], arm[:, None, :]).swapaxes(1, 2)
-    whole = np.concatenate([np.broadcast_to(np.eye(3), cross.shape), cross], axis=2)
-    return whole @ covariance @ np.swapaxes(whole, 1, 2)
 
 
 def _along(path: Smooth, direction: np.ndarray, own: np.ndarray) -> np.ndarray:

@@ -35,6 +35,8 @@ def slips(position: np.ndarray, found: np.ndarray, noise: float) -> list[tuple[i
     Returns:
         Each (row, frames): after that row so many frames are missing; where negative, so many
         rows are too many. Only where the club moves steadily and fast enough to tell.
+
+    Source: tests/identification/test_clubhead_blow.py.
     """
     rows = np.flatnonzero(found)
     if len(rows) < 2 * BESIDE + 3:

@@ -74,6 +74,32 @@ def pose_covariance(
     return covariance, 1.0 / count[:, None] + turned / 3.0
 
 
+def moved(covariance: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """Covariance of a point beside the origin.
+
+    Args:
+        covariance: of the origin and a small turn, shape (n, 6, 6) [m^2, m rad, rad^2].
+        arm: from the origin to the point, in the room, shape (n, 3) [m].
+
+    Returns:
+        Shape (n, 3, 3) [m^2].
+    """
+    whole = np.concatenate([np.broadcast_to(np.eye(3), (len(arm), 3, 3)), swing_of(arm)], axis=2)
+    return whole @ covariance @ np.swapaxes(whole, 1, 2)
+
+
+def swing_of(arm: np.ndarray) -> np.ndarray:
+    """Matrices that turn a small turn into the move of a point beside the origin.
+
+    Args:
+        arm: from the origin to the point, shape (..., 3) [m].
+
+    Returns:
+        Shape (..., 3, 3) [m].
+    """
+    return -_cross_matrix(arm)
+
+
 def _cross_matrix(vectors: np.ndarray) -> np.ndarray:
     """Matrices [a] with [a] b = a x b, shape (n, 3, 3)."""
     matrix = np.zeros((*vectors.shape[:-1], 3, 3))

@@ -79,8 +79,7 @@ def told_trials(
 
     Returns:
         That fit, and the `MOST` candidates of its screen that gain most, or twice as many where
-        they are near each other; none where errors of the model do
-        not dominate.
+        they are near each other; none where errors of the model do not dominate.
 
     Source: DESIGN's fourth step; tests/identification/test_told.py.
     """

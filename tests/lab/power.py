@@ -173,11 +173,11 @@ def _columns(parts) -> tuple[np.ndarray, np.ndarray]:
 def _simulated(
     weighing: Weighing, constants: Sequence[tuple[str, float]], moves: np.ndarray
 ) -> np.ndarray:
-    """Stacked channels where constants moved by these shares; `late` moves by seconds."""
+    """Stacked channels where constants moved by these shares, and `LATE` by seconds."""
     club = weighing.club
-    late = dict(zip([name for name, _ in constants], moves, strict=True))
-    behind = late.pop(LATE, 0.0)
-    structure = club.structure({name: club.truth[name] * (1 + by) for name, by in late.items()})
+    shares = dict(zip([name for name, _ in constants], moves, strict=True))
+    behind = shares.pop(LATE, 0.0)
+    structure = club.structure({name: club.truth[name] * (1 + by) for name, by in shares.items()})
     tables = []
     for run in weighing.runs:
         moved = run_linear(club, run, structure, behind)

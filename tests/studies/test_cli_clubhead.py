@@ -205,3 +205,14 @@ def test_a_point_that_cannot_be_is_refused(tmp_path, capsys, point, words) -> No
     assert cli.main(["clubhead", str(path)]) == 2
     said = " ".join(capsys.readouterr().err.split())
     assert "[club.points]" in said and words in said and "Mend" in said
+
+
+def test_the_sidecar_of_the_readme_is_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (Path(cli.__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+    sidecar = text.split("## Markers on a club")[1].split("```toml\n")[1].split("```")[0]
+    path = write_swing(tmp_path, make_swing(1, markers=14), sidecar=sidecar)
+    assert cli.main(["clubhead", str(path), "--json"]) == 0
+    impact = json.loads(capsys.readouterr().out)["swings"][0]["impact"]
+    assert impact["by"] == "ball" and impact["grip_speed"]["value"] > 0
