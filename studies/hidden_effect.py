@@ -40,7 +40,8 @@ PROTOCOL = (
     "What is tested is given the records and the rig as a lab would have it. The truth is read "
     "when the verdict is written.",
     "Detectable: what the effect changes, projected off free constants, start states, offsets, "
-    "gains and clocks, is above 10 noise units and above 2 % of the records' energy.",
+    "gains and clocks, is above 10 noise units and above 2 % of the records' norm. Strong: it is "
+    "above 2 % of their energy as well, at 30 dB twenty times the power of the noise.",
     "On bench B an extra mode at the shaft is right whatever is hidden: such a club has one.",
     "Laws that the library lacks are counted apart: there, 'unknown' is the right answer.",
     "Every eighth case hides two effects; of the others a quarter hides none.",
@@ -258,6 +259,8 @@ LINES = {
     "invented cause on clean records": ("false_alarms", "all"),
     "right law, single detectable": ("law_right",),
     "right place as well": ("place_right_too",),
+    "right law, single strong": ("strong_law_right",),
+    "right place as well, strong": ("strong_place_right_too",),
     "right among those named": ("right_where_named",),
     "named although the library lacks the law": ("law_absent_named_wrongly",),
     "two effects: both named": ("several_all_right",),

@@ -112,6 +112,7 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
     single = [row for row in rows if len(row["truth"]) == 1]
     known = [row for row in single if row["known"]]
     sure = [row for row in known if row["power"]["detectable"]]
+    strong = [row for row in known if row["power"].get("strong")]
     strange = [row for row in single if not row["known"] and row["power"]["detectable"]]
     several = [row for row in rows if len(row["truth"]) > 1 and row["known"]]
     return {
@@ -119,8 +120,10 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
         "outcomes": dict(Counter(outcome(row) for row in rows)),
         "confusion": {name: dict(counts) for name, counts in sorted(confusion.items())},
         "false_alarms": false_alarms(rows),
-        "law_right": _share(sure, lambda row: outcome(row) in ("right", "right pair", "right law")),
-        "place_right_too": _share(sure, lambda row: outcome(row) in ("right", "right pair")),
+        "law_right": _share(sure, _law_right),
+        "place_right_too": _share(sure, _right),
+        "strong_law_right": _share(strong, _law_right),
+        "strong_place_right_too": _share(strong, _right),
         "right_where_named": _share([r for r in sure if named(r)], _right),
         "law_absent_named_wrongly": _share(strange, lambda row: bool(named(row))),
         "several_all_right": _share(several, _right),
@@ -131,6 +134,10 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
         "seconds": _seconds(rows),
         "baselines": _baselines(rows, sure),
     }
+
+
+def _law_right(row: Row) -> bool:
+    return outcome(row) in ("right", "right pair", "right law")
 
 
 def _right(row: Row) -> bool:
