@@ -221,19 +221,25 @@ def _seconds(rows: Sequence[Row]) -> dict[str, float]:
 
 
 def _baselines(rows: Sequence[Row], sure: Sequence[Row]) -> dict[str, Any]:
-    """Pick-by-BIC under white noise, and the thesis's own way, which extends nothing."""
-    told = [row for row in rows if row.get("baseline") is not None]
-    clean = [row for row in told if not row["truth"]]
-    hidden = [row for row in told if row in sure]
+    """What simpler tools would say, and the thesis's own way, which extends nothing."""
+    found: dict[str, Any] = {
+        name: _baseline(rows, sure, key)
+        for name, key in (("white_bic", "baseline"), ("sparse",) * 2)
+    }
+    bare = {"right": intervals(0, len(sure)), "held_out": _held_out(sure)}
+    return {**found, "no_extension": bare}
 
-    def picked(row: Row) -> bool:
-        return bool(row["baseline"]["law"])
+
+def _baseline(rows: Sequence[Row], sure: Sequence[Row], key: str) -> dict[str, Any]:
+    """How often a tool that picks one law invents one, and finds the one that is there [-]."""
+    told = [row for row in rows if row.get(key) is not None]
 
     def hit(row: Row) -> bool:
-        pair = row["baseline"]["law"], row["baseline"]["place"]
+        pair = row[key]["law"], row[key]["place"]
         return any(_is(truth, pair) for truth in row["truth"])
 
+    clean = [row for row in told if not row["truth"]]
     return {
-        "white_bic": {"false_alarms": _share(clean, picked), "right": _share(hidden, hit)},
-        "no_extension": {"right": intervals(0, len(sure)), "held_out": _held_out(sure)},
+        "false_alarms": _share(clean, lambda row: bool(row[key]["law"])),
+        "right": _share([row for row in told if row in sure], hit),
     }
