@@ -16,7 +16,7 @@ MODES_BELOW = 150.0
 MOST_MODES = 6
 LEAST_NORM = 10.0
 LEAST_SHARE = 0.02  # of the records, as amplitudes and as energies
-PASSES, HALVINGS = 12, 6
+PASSES, FEWER, HALVINGS = 12, 3, 6  # fewer where the twin is near
 BOLDEST, LEAST = 0.5, -0.95  # shares by which a constant moves in a step at most, and in all
 BEGINNINGS = (0.05, 0.1, 0.2, 0.4, 1.0)  # of the records
 LOOSE = 0.5  # prior of a free constant while only beginnings count [-]
@@ -90,7 +90,8 @@ def power(
     constants = _columns([_turned(weighing), _starts(weighing), _chains(weighing, clean)])
     least = residual(change, *constants)
     if least @ least > LEAST_SHARE**2 * energy:  # so large a change is no step from the twin
-        left = refitted(weighing, clean, change)
+        far = least @ least > LEAST_SHARE * energy
+        left = refitted(weighing, clean, change, BEGINNINGS if far else (1.0,))
         least = min(least, left, key=lambda one: one @ one)
     norm, share = float(np.linalg.norm(least)), float(least @ least) / energy
     return {
@@ -103,7 +104,12 @@ def power(
     }
 
 
-def refitted(weighing: Weighing, clean: Sequence[Table], change: np.ndarray) -> np.ndarray:
+def refitted(
+    weighing: Weighing,
+    clean: Sequence[Table],
+    change: np.ndarray,
+    beginnings: Sequence[float] = BEGINNINGS,
+) -> np.ndarray:
     """What the constants of a club leave of a change, by Gauss and Newton's steps.
 
     One step from the twin does not do: a spring that moves a frequency by a tenth is a change
@@ -115,7 +121,7 @@ def refitted(weighing: Weighing, clean: Sequence[Table], change: np.ndarray) -> 
     others, their_priors = _columns([_starts(weighing), _chains(weighing, clean)])
     still = _simulated(weighing, constants, np.zeros(len(constants)))
     moves, left = np.zeros(len(constants)), change
-    for share in BEGINNINGS:
+    for share in beginnings:
         mine = weighing.beginning(share)
         held = np.minimum(priors, LOOSE if share < 1.0 else np.inf)
         away = _Away(others[mine], their_priors)
@@ -126,7 +132,7 @@ def refitted(weighing: Weighing, clean: Sequence[Table], change: np.ndarray) -> 
             return np.append(away(change[mine] - seen[mine]), moves / held)
 
         left = left_at(moves)
-        for _ in range(PASSES):
+        for _ in range(PASSES if len(beginnings) > 1 else FEWER):
             rows = np.eye(len(moves)) * STEP
             columns = np.array([(left_at(moves + row) - left) / STEP for row in rows]).T
             scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)  # one may move nothing
