@@ -13,7 +13,7 @@ from .fit import DOMINATED, Fit, learn_noise, solve
 from .problem import Model
 from .screen import Candidate, screen
 from .starts import told_start
-from .trial import without_general
+from .trial import with_other_places, without_general
 
 MOST = 2
 """Laws that are tried from there [-]."""
@@ -79,7 +79,8 @@ def told_trials(
 
     Returns:
         That fit, and the `MOST` candidates of its screen that gain most, or twice as many where
-        they are near each other; none where errors of the model do not dominate.
+        they are near each other, the best one's law wherever else it is worth a trial; none where
+        errors of the model do not dominate.
 
     Source: DESIGN's fourth step; tests/identification/test_told.py.
     """
@@ -89,7 +90,8 @@ def told_trials(
     found = screen(told)
     worth = [c for c in without_general(found) if c.gain > WORTH * found[0].gain]
     near = [c for c in worth[MOST : 2 * MOST] if c.gain > NEARLY * found[0].gain]
-    chosen = worth[:MOST] + near
+    chosen = with_other_places(worth, MOST)
+    chosen += [c for c in near if c not in chosen]
     return told, chosen + [c for c in found if always(c) and c not in chosen]
 
 

@@ -143,7 +143,10 @@ def test_laws_that_promise_nearly_the_same_there_are_all_tried(monkeypatch):
     from supple.identification import told as module
 
     gains = {"best": 100.0, "second": 97.0, "third": 95.0, "fourth": 91.0, "fifth": 90.5}
-    found = [SimpleNamespace(name=name, gain=gain) for name, gain in gains.items()]
+    found = [
+        SimpleNamespace(name=name, gain=gain, law=SimpleNamespace(name=f"law of {name}"))
+        for name, gain in gains.items()
+    ]
     monkeypatch.setattr(module, "worst_ratio", lambda fit: 10 * module.DOMINATED)
     monkeypatch.setattr(module, "told_fit", lambda fit: fit)
     monkeypatch.setattr(module, "without_general", list)
@@ -155,3 +158,24 @@ def test_laws_that_promise_nearly_the_same_there_are_all_tried(monkeypatch):
     for one in found[1:]:
         one.gain = 40.0
     assert [one.name for one in told_trials(fit)[1]] == ["best"]
+
+
+def test_the_best_law_is_tried_wherever_it_is_worth_it(monkeypatch):
+    from supple.identification import told as module
+
+    found = [
+        candidate("quadratic_damping", 70.0, "wrist"),
+        candidate("quadratic_damping", 57.0, "clubhead"),
+        candidate("relaxation", 48.0, "shaft"),
+        candidate("quadratic_damping", 43.0, "shaft"),
+        candidate("quadratic_damping", 20.0, "sleeve"),
+    ]
+    monkeypatch.setattr(module, "worst_ratio", lambda fit: 10 * module.DOMINATED)
+    monkeypatch.setattr(module, "told_fit", lambda fit: fit)
+    monkeypatch.setattr(module, "screen", lambda fit: found)
+    tried = told_trials(cast(Fit, None))[1]
+    assert [(one.place, one.law.name) for one in tried] == [
+        ("wrist", "quadratic_damping"),
+        ("clubhead", "quadratic_damping"),
+        ("shaft", "quadratic_damping"),
+    ]
