@@ -137,19 +137,51 @@ def choose_law(noise: Noise, residual: np.ndarray, predicted: np.ndarray) -> Noi
     return best
 
 
-def likeliest_uneven(noise: Uneven, residual: np.ndarray, values: np.ndarray) -> Uneven:
+@dataclass(frozen=True, eq=False)
+class Told:
+    """What a channel tells of a fit's unknowns, and what else is known of them.
+
+    Attributes:
+        columns: derivative of its reading by the unknowns that move it, shape (t, d)
+            [channel's unit].
+        rest: information on these from all else, its other unknowns solved for, shape (d, d) [-].
+    """
+
+    columns: np.ndarray
+    rest: np.ndarray
+
+    def spent(self, noise: Uneven) -> float:
+        """Log of the information on the unknowns under a noise law [-].
+
+        What of the noise the unknowns follow is missing from a residual; this stands for it.
+        """
+        white = noise.expected.whiten(self.columns)
+        sign, log = np.linalg.slogdet(self.rest + white.T @ white)
+        return float(log) if sign > 0 else np.inf
+
+
+def likeliest_law(
+    noise: Noise, residual: np.ndarray, values: np.ndarray, told: Told | None = None
+) -> Noise:
     """The law of the same parts under which a residual is likeliest.
 
     Args:
         noise: of these parts [channel's unit].
         residual: shape (t,) [channel's unit].
         values: as measured, shape (t,) [channel's unit].
+        told: counts what the fit's unknowns have followed of the noise; None where that is done.
 
     Returns:
-        It, with weights of that residual.
+        It, with weights of that residual where it is uneven.
+
+    Source: Patterson and Thompson 1971, doi:10.1093/biomet/58.3.545 (restricted likelihood);
+    tests/identification/test_coverage.py.
     """
-    form = noise.growth > 0, noise.tail > 0
-    return _likeliest(noise, residual, noise.motion, form, _resolution(values))
+    uneven = isinstance(noise, Uneven)
+    form = (noise.growth > 0, noise.tail > 0) if uneven else (False, False)
+    motion = noise.motion if uneven else np.zeros(len(residual))
+    found = _likeliest(noise, residual, motion, form, _resolution(values), told)
+    return found if uneven else found.even
 
 
 def _resolution(values: np.ndarray) -> float:
@@ -171,7 +203,12 @@ def _cost(noise: Uneven, residual: np.ndarray) -> float:
 
 
 def _likeliest(
-    noise: Noise, residual: np.ndarray, motion: np.ndarray, form: tuple[bool, bool], finest: float
+    noise: Noise,
+    residual: np.ndarray,
+    motion: np.ndarray,
+    form: tuple[bool, bool],
+    finest: float,
+    told: Told | None = None,
 ) -> Uneven:
     """The likeliest law of the memory's order and of that form, no finer than the instrument."""
     partial = partials(noise.coefficients)
@@ -192,10 +229,10 @@ def _likeliest(
 
     start = np.array([np.log(typical), *partial, *[0.0] * form[0], *[np.log(0.1)] * form[1]])
     low, high = np.array(ends).T
-    run = minimize(
-        lambda free: _cost(law(free), residual),
-        np.clip(start, low, high),
-        method="L-BFGS-B",
-        bounds=ends,
-    )
+
+    def cost(free: np.ndarray) -> float:
+        found = law(free)
+        return _cost(found, residual) + (0.0 if told is None else told.spent(found))
+
+    run = minimize(cost, np.clip(start, low, high), method="L-BFGS-B", bounds=ends)
     return law(run.x).weighed(residual)

@@ -12,7 +12,7 @@ from .fit import Fit, solve
 from .free import Entry
 from .noise import MEMORY_LIMITS, Noise, coefficients_of, partials
 from .problem import Key, Model
-from .uneven import GROWTH_LIMITS, TAIL_LIMITS, Uneven, likeliest_uneven
+from .uneven import GROWTH_LIMITS, TAIL_LIMITS, Uneven, likeliest_law
 
 LINEAR = ("start", "drive", "offset")
 """Slots in which the response of a model without laws is linear."""
@@ -216,7 +216,7 @@ def absorbed(fit: Fit) -> Fit:
                 )
             left, order = fit.residual_of(key), len(noise.coefficients)
             noises[key] = (
-                likeliest_uneven(noise, left, fit.sensor_of(key).values)
+                likeliest_law(noise, left, fit.sensor_of(key).values)
                 if isinstance(noise, Uneven)
                 else _likeliest(left, order)
             )

@@ -15,7 +15,7 @@ from supple.identification.prepare import shortened
 from supple.identification.problem import Key, Model, Problem, make_problem
 from supple.identification.records import read_record
 from supple.identification.sample import Plan, sample
-from supple.identification.uneven import Uneven, likeliest_uneven, motion_of
+from supple.identification.uneven import Uneven, likeliest_law, motion_of
 from supple.model.rig import read_rig
 from tests.identification.benches import DAMPING, STIFFNESS
 
@@ -120,7 +120,7 @@ def under_law(fit: Fit, growing: bool, heavy: bool) -> Fit:
         motion = motion_of(fit.predicted[key])
         parts = float(growing), 0.1 * heavy
         law = Uneven(noise.coefficients, noise.std, *parts, motion, np.ones(len(values)))
-        law = likeliest_uneven(law, fit.residual_of(key), values)
+        law = likeliest_law(law, fit.residual_of(key), values)
         fit = solve(replace(fit.model, noises={key: law}), fit.x)
     jacobian = replace(fit.model, noises={key: law.expected}).jacobian(fit.x)
     return replace(fit, covariance=np.linalg.inv(jacobian.T @ jacobian))

@@ -16,7 +16,7 @@ from supple.identification.likelihood import log_posterior
 from supple.identification.noise import Noise, choose_noise
 from supple.identification.problem import make_problem
 from supple.identification.tails import expanded
-from supple.identification.uneven import Uneven, choose_law, likeliest_uneven, motion_of
+from supple.identification.uneven import Uneven, choose_law, likeliest_law, motion_of
 from supple.identification.weighing import with_laws
 from tests.identification.benches import DAMPING, STIFFNESS, make_bench
 from tests.identification.replicates import drawn, fit_of, under_law
@@ -73,7 +73,7 @@ def test_the_numbers_of_a_law_are_found(kind):
     table = []
     for seed in range(12):
         residual = made(kind, seed)
-        found = likeliest_uneven(law, residual, residual + PREDICTED)
+        found = likeliest_law(law, residual, residual + PREDICTED)
         table.append([found.std, found.growth, found.tail, *found.coefficients])
     middle, error = np.mean(table, axis=0), np.std(table, axis=0) / np.sqrt(12)
     truth = np.array([1.0, growth, tail, *phi])
