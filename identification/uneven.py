@@ -89,7 +89,7 @@ class Uneven(Noise):
         return trust * self.innovations(residual)
 
     def spectrum(self, frequency: np.ndarray) -> np.ndarray:
-        """Density per bin at `frequency` in cycles a sample, over the whole record."""
+        """Density per bin at `frequency` in cycles a sample [channel's unit squared]."""
         return self.even.spectrum(frequency) * self._power
 
     def weighed(self, residual: np.ndarray) -> Uneven:

@@ -69,6 +69,7 @@ def drawn(
     entries: Sequence[Entry] | None = None,
     growth: float = 0.0,
     tail: float = 0.0,
+    sizes: tuple[float, float] = SIZES,
 ) -> Replicate:
     """A truth drawn from the priors, and a record that it would leave.
 
@@ -86,7 +87,7 @@ def drawn(
     x = np.array(values) / model.scale
     prepared = problem.records[0]
     key = prepared.name, prepared.sensors[0].channel.name
-    size = float(np.exp(chance.uniform(*np.log(SIZES))))
+    size = float(np.exp(chance.uniform(*np.log(sizes))))
     rho = float(chance.uniform(-0.98, 0.98)) if memory is None else memory
     count, told = len(prepared.sensors[0].values), model.predict(x)[key]
     new = chance.standard_t(1 / tail, count) if tail else chance.standard_normal(count)
@@ -120,8 +121,10 @@ def under_law(fit: Fit, growing: bool, heavy: bool) -> Fit:
         motion = motion_of(fit.predicted[key])
         parts = float(growing), 0.1 * heavy
         law = Uneven(noise.coefficients, noise.std, *parts, motion, np.ones(len(values)))
-        law = likeliest_law(law, fit.residual_of(key), values)
-        fit = solve(replace(fit.model, noises={key: law}), fit.x)
+        found = likeliest_law(law, fit.residual_of(key), values)
+        fit = solve(replace(fit.model, noises={key: found}), fit.x)
+    law = fit.model.noises[key]
+    assert isinstance(law, Uneven)
     jacobian = replace(fit.model, noises={key: law.expected}).jacobian(fit.x)
     return replace(fit, covariance=np.linalg.inv(jacobian.T @ jacobian))
 

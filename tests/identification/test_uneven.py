@@ -1,6 +1,7 @@
 """Noise that grows or has heavy tails: chosen and weighed rightly, its density the exact one."""
 
 from dataclasses import replace
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -36,6 +37,11 @@ KINDS = {
     "ar1 + student_t": ((0.8,), 0.0, 0.25),
     "growing + student_t": ((), 3.0, 0.25),
 }
+
+
+def student(tail: float) -> Any:
+    """Student's law of unit scale; the normal law for a tail of 0."""
+    return stats.t(1 / tail) if tail else stats.norm()
 
 
 def made(kind: str, seed: int, count: int = COUNT) -> np.ndarray:
@@ -74,6 +80,7 @@ def test_the_numbers_of_a_law_are_found(kind):
     for seed in range(12):
         residual = made(kind, seed)
         found = likeliest_law(law, residual, residual + PREDICTED)
+        assert isinstance(found, Uneven)
         table.append([found.std, found.growth, found.tail, *found.coefficients])
     middle, error = np.mean(table, axis=0), np.std(table, axis=0) / np.sqrt(12)
     truth = np.array([1.0, growth, tail, *phi])
@@ -121,7 +128,7 @@ def test_innovations_are_even_and_weights_are_those_of_the_law(kind):
     residual = made(kind, 2)
     law = Uneven(phi, 1.0, growth, tail, MOTION, np.ones(COUNT)).weighed(residual)
     e = law.innovations(residual)
-    fits = stats.t(1 / tail) if tail else stats.norm()
+    fits = student(tail)
     assert stats.kstest(e, fits.cdf).pvalue > 1e-3
     assert np.corrcoef(np.abs(e[len(phi) :]), MOTION[len(phi) :])[0, 1] < 0.08
     slope = (fits.logpdf(e - 1e-6) - fits.logpdf(e + 1e-6)) / 2e-6
@@ -137,7 +144,7 @@ def test_innovations_are_even_and_weights_are_those_of_the_law(kind):
 @given(st.floats(0.01, 0.39))
 def test_expected_weights_are_the_information_of_students_law(tail):
     law = Uneven((), 1.0, 0.0, tail, np.zeros(3), np.ones(3)).expected
-    told = stats.t(1 / tail)
+    told = student(tail)
     grid = np.linspace(-60.0, 60.0, 40001)
     slope = np.gradient(told.logpdf(grid), grid)
     information = np.trapezoid(slope**2 * told.pdf(grid), grid)
@@ -149,8 +156,8 @@ def test_expected_weights_are_the_information_of_students_law(tail):
 
 def test_normal_innovations_have_the_products_of_their_columns():
     white = np.random.default_rng(1).standard_normal((2, 4, 50))
-    mask, rate, center = np.ones((2, 50)), np.array([0.5, 1.0, 2.0]), np.array([0.1, -1.0, 0.3])
-    found = expanded(jnp.array(white), mask, jnp.zeros(2), rate, center)
+    rate, center = jnp.array([0.5, 1.0, 2.0]), jnp.array([0.1, -1.0, 0.3])
+    found = expanded(jnp.array(white), jnp.ones((2, 50)), jnp.zeros(2), rate, center)
     assert np.asarray(found) == pytest.approx(np.einsum("smn,skn->mk", white, white), rel=1e-9)
 
 
@@ -166,15 +173,16 @@ def test_linear_numbers_are_integrated_out_of_students_law(tail):
         truth = center + chance.standard_normal(2) / rate
         gap = truth @ columns + np.random.default_rng(seed).standard_t(1 / tail, 150)
         white = np.vstack([columns, gap])[None]
-        whole = expanded(jnp.array(white), np.ones((1, 150)), jnp.array([tail]), rate, center)
-        told.append(float(eliminated(whole, jnp.array(rate), jnp.array(center))[0]))
+        prior = jnp.array(rate), jnp.array(center)
+        whole = expanded(jnp.array(white), jnp.ones((1, 150)), jnp.array([tail]), *prior)
+        told.append(float(eliminated(whole, *prior)[0]))
         spread = np.linalg.inv(columns @ columns.T)
         root = np.linalg.cholesky(2.0 * spread)
         middle = truth + spread @ columns @ np.clip(gap - truth @ columns, -4, 4)
         grid = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 2)
         points = middle + grid @ root.T
         left = gap - points @ columns
-        log = np.sum(stats.t(1 / tail).logpdf(left), axis=1)
+        log = np.sum(student(tail).logpdf(left), axis=1)
         log -= 0.5 * np.sum(((points - center) * rate) ** 2, axis=1)
         share = np.log(np.outer(weights, weights).ravel()) + 0.5 * np.sum(grid**2, axis=1)
         wanted.append(np.logaddexp.reduce(log + share))
@@ -218,22 +226,23 @@ def profiled(one, fit, numbers: np.ndarray, part: str) -> float:
     columns = np.stack([fade * np.cos(w * time) + a * sine, sine, np.ones_like(time)])
     (law,) = log_laws(fit)
     sizes = np.sqrt(1.0 + (last * law.motion) ** 2) if part == "growth" else np.ones_like(time)
-    freedom = np.inf if part == "growth" else 1.0 / last
+    tail = 0.0 if part == "growth" else last
     scale = size * sizes
     prior = np.array([entry.prior for entry in one.entries[2:]])
     center = np.array([entry.center for entry in one.entries[2:]])
     best = center.copy()
     for _ in range(60):
         e = (values - best @ columns) / scale
-        weight = 1.0 if np.isinf(freedom) else (freedom + 1) / (freedom + e**2)
+        weight = (1 + tail) / (1 + tail * e**2)
         weighed = columns * weight / scale**2
         information = weighed @ columns.T + np.diag(prior**-2)
         best = np.linalg.solve(information, weighed @ values + center / prior**2)
     e = (values - best @ columns) / scale
-    student = stats.norm() if np.isinf(freedom) else stats.t(freedom)
-    slope = 1.0 if np.isinf(freedom) else (freedom + 1) * (freedom - e**2) / (freedom + e**2) ** 2
+    slope = (1 + tail) * (1 - tail * e**2) / (1 + tail * e**2) ** 2
     curved = (columns * slope / scale**2) @ columns.T + np.diag(prior**-2)
-    total = np.sum(student.logpdf(e) - np.log(scale)) - 0.5 * np.sum(((best - center) / prior) ** 2)
+    total = np.sum(student(tail).logpdf(e) - np.log(scale)) - 0.5 * np.sum(
+        ((best - center) / prior) ** 2
+    )
     total -= 0.5 * np.linalg.slogdet(curved)[1] + np.log(size)
     for entry, number in zip(one.entries[:2], (k, c)):
         total -= 0.5 * ((number - entry.center) / entry.prior) ** 2
