@@ -37,7 +37,7 @@ GOALS = {"fit": 2.0, "lmfit": 50.0, "emcee": 30.0, "PINTS": 30.0, "posterior": 6
 """Seconds of a fit after it is compiled [s]; how many times lmfit may take; effective samples a
 second over those of emcee and PINTS [-]; seconds of a posterior that passes the gate [s]."""
 
-STEPS, WALKERS, CHAIN = 3000, 40, 30_000
+STEPS, WALKERS, CHAIN = 3000, 40, 20_000
 """Of emcee's stretch moves, and length of PINTS' chains [-]."""
 
 
@@ -190,9 +190,10 @@ def raced() -> Race:
     spent = time.perf_counter() - began
     constants = [i for i, u in enumerate(posterior.unknowns) if u.is_constant]
     ours = float(np.min(posterior.convergence.ess_bulk[constants])) / spent
-    density = log_posterior(fit, WALKERS)
-    emcee = 1.0 / (_emcee_memory(density, constants) * likelihood)
-    pints = 1.0 / (_pints_memory(density, constants) * likelihood) if has("pints") else np.nan
+    emcee = 1.0 / (_emcee_memory(log_posterior(fit, WALKERS), constants) * likelihood)
+    pints = np.nan
+    if has("pints"):
+        pints = 1.0 / (_pints_memory(log_posterior(fit, 1), constants) * likelihood)
     return Race(seconds, theirs, apart, spent, posterior.converged, ours, emcee, pints, likelihood)
 
 

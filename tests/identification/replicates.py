@@ -98,6 +98,7 @@ def drawn(
     truth = dict(zip((entry.label for entry in entries), values))
     truth |= {f"{key[1]}.noise[{key[0]}]": size, f"{key[1]}.memory_1[{key[0]}]": rho}
     records = (replace(prepared, sensors=(sensor,)),)
+    truth |= {f"{key[1]}.growth[{key[0]}]": growth, f"{key[1]}.tail[{key[0]}]": tail}
     return Replicate(replace(problem, records=records), entries, truth)
 
 

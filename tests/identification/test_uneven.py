@@ -15,12 +15,12 @@ from supple.identification.constants import fit_json
 from supple.identification.fit import fit_base
 from supple.identification.likelihood import log_posterior
 from supple.identification.noise import Noise, choose_noise
-from supple.identification.problem import make_problem
+from supple.identification.problem import Problem, make_problem
 from supple.identification.tails import expanded
 from supple.identification.uneven import Uneven, choose_law, likeliest_law, motion_of
 from supple.identification.weighing import with_laws
 from tests.identification.benches import DAMPING, STIFFNESS, make_bench
-from tests.identification.replicates import drawn, fit_of, under_law
+from tests.identification.replicates import NAMES, QUICK, drawn, fit_of, ranks, under_law
 from tests.lab.noise import draw_noise
 
 COUNT = 2000
@@ -297,3 +297,33 @@ def test_a_stated_noise_is_not_asked(tmp_path):
     model = replace(fit.model, problem=replace(fit.problem, records=tuple(records)))
     stated = replace(fit, model=model)
     assert with_laws(stated) is stated
+
+
+# calibration
+
+
+def worst_p_value(problem: Problem, count: int, growth: float, tail: float, told: bool) -> float:
+    """Smallest p-value of uniform ranks of the two constants, corrected for their number."""
+    table = []
+    for seed in range(count):
+        one = drawn(problem, np.random.default_rng([31, seed]), 0.0, growth=growth, tail=tail)
+        fit = fit_of(one, 0)
+        fit = under_law(fit, growth > 0, tail > 0) if told else fit
+        found = ranks(fit, one.truth, replace(QUICK, seed=seed))
+        table.append([found[name] for name in NAMES])
+    shares = np.array(table).T
+    centered = 2 * np.abs(shares - 0.5)
+    chances = [stats.kstest(row, "uniform").pvalue for row in (*shares, *centered)]
+    return min(chances) * len(chances)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("growth", "tail"), [(4.0, 0.0), (0.0, 0.3), (3.0, 0.2)])
+def test_ranks_of_the_truth_are_uniform_under_uneven_noise(small_problem, growth, tail):
+    assert worst_p_value(small_problem, 200, growth, tail, told=True) > 0.01
+
+
+@pytest.mark.slow
+def test_an_even_likelihood_fails_the_same_test_where_noise_grows(small_problem):
+    """Its posteriors are too narrow where the motion is large and too wide where it is small."""
+    assert worst_p_value(small_problem, 200, 12.0, 0.0, told=False) < 0.01
