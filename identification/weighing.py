@@ -54,8 +54,8 @@ def with_laws(fit: Fit) -> Fit:
     expected = {k: n.expected if isinstance(n, Uneven) else n for k, n in laws.items()}
     model = replace(fit.model, noises=expected)
     cost = float(np.sum(model.residual(fit.x) ** 2))
-    even = {key: law for key, law in laws.items() if type(law) is Noise}
-    problem = replace(fit.problem, floor={**fit.problem.floor, **even})
+    learned = {k: n for k, n in laws.items() if type(n) is Noise and _followed_up(fit, k, n)}
+    problem = replace(fit.problem, floor={**fit.problem.floor, **learned})
     covariance = covariance_of(model, fit.x, cost, fit.misfits)
     return replace(fit, model=replace(fit.model, problem=problem), covariance=covariance)
 

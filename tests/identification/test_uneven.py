@@ -17,7 +17,7 @@ from supple.identification.likelihood import log_posterior
 from supple.identification.noise import Noise, choose_noise
 from supple.identification.problem import Problem, make_problem
 from supple.identification.tails import expanded
-from supple.identification.uneven import Uneven, choose_law, likeliest_law, motion_of
+from supple.identification.uneven import Told, Uneven, choose_law, likeliest_law, motion_of
 from supple.identification.weighing import with_laws
 from tests.identification.benches import DAMPING, STIFFNESS, make_bench
 from tests.identification.replicates import NAMES, QUICK, drawn, fit_of, ranks, under_law
@@ -151,6 +151,22 @@ def test_expected_weights_are_the_information_of_students_law(tail):
     assert law.trust**2 == pytest.approx(np.full(3, information), rel=2e-3)
 
 
+def test_what_unknowns_have_followed_is_counted():
+    """Of a memory and a size after twenty numbers were fitted to 200 samples."""
+    columns = np.random.default_rng(0).standard_normal((200, 20)).cumsum(axis=0)
+    told, even, table = Told(columns, np.zeros((20, 20))), Noise((0.5,), 1.0), []
+    for seed in range(30):
+        new = np.random.default_rng([seed, 9]).standard_normal(400)
+        noise = np.asarray(lfilter([1.0], [1.0, -0.6], new))[200:]
+        white = even.whiten(np.column_stack([columns, noise]))
+        left = noise - columns @ np.linalg.lstsq(white[:, :-1], white[:, -1], rcond=None)[0]
+        bare, counted = (likeliest_law(even, left, noise, t) for t in (None, told))
+        table.append([bare.std, counted.std, bare.coefficients[0], counted.coefficients[0]])
+    bare, counted, faint, right = np.mean(table, axis=0)
+    assert counted == pytest.approx(1.0, abs=0.03) and bare < 0.97
+    assert right == pytest.approx(0.6, abs=0.05) and faint < 0.52
+
+
 # the density
 
 
@@ -259,6 +275,13 @@ def log_laws(fit) -> list[Uneven]:
 def test_even_noise_leaves_a_fit_as_it_is(clean_fit):
     assert with_laws(clean_fit) is clean_fit
     assert fit_json(clean_fit, {})["noise"]["law"] == "white"
+
+
+def test_errors_of_the_model_are_not_taken_for_noise_that_grows(softening_fit):
+    """They grow with the motion too; the noise of the instrument stays what it was."""
+    fit = with_laws(softening_fit)
+    assert not log_laws(fit)
+    assert fit.problem.floor == softening_fit.problem.floor
 
 
 @pytest.mark.parametrize(
