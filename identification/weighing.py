@@ -23,10 +23,9 @@ SETTLED = 0.01
 def with_laws(fit: Fit) -> Fit:
     """Ask each channel whether its noise grows or has heavy tails, and fit again by what it says.
 
-    Channels whose misfit is no noise are not asked, nor those whose noise their sidecar states:
-    what the model lacks grows with the motion too. Where nothing but noise is left, a memory is
-    told by all samples, in the innovations' likelihood, and no more by its spectrum away from
-    the motion.
+    Channels whose noise their sidecar states are not asked, and none where one shows misfit: what
+    the model lacks grows with the motion too. Where nothing but noise is left, a memory is told by
+    all samples, in the innovations' likelihood, and no more by its spectrum away from the motion.
 
     Args:
         fit: settled, with errors.
@@ -61,7 +60,7 @@ def with_laws(fit: Fit) -> Fit:
 
 
 def _asked(fit: Fit) -> dict[Key, Noise]:
-    """The law of every channel: chosen where only noise is left, as it stands elsewhere."""
+    """The law of every channel: chosen where it answers, as it stands elsewhere."""
     found = {}
     for key, noise in fit.model.noises.items():
         assert isinstance(noise, Noise)
@@ -73,8 +72,9 @@ def _asked(fit: Fit) -> dict[Key, Noise]:
 
 
 def _answers(fit: Fit, key: Key) -> bool:
-    """Whether a channel's residual is noise of which nothing is stated."""
-    return fit.sensor_of(key).channel.noise is None and fit.misfits[key].p_value > SHOWN
+    """Whether nothing but noise is left of the records, and nothing is stated of a channel's."""
+    only_noise = all(misfit.p_value > SHOWN for misfit in fit.misfits.values())
+    return only_noise and fit.sensor_of(key).channel.noise is None
 
 
 def _followed_up(fit: Fit, key: Key, law: Noise) -> bool:
