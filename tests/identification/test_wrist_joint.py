@@ -91,7 +91,7 @@ def test_intervals_of_the_wrist_hold_the_truth():
     stiffness, damping = np.median(np.abs(off), axis=0)
     assert stiffness < 0.02 and damping < 0.05
     typical = np.median(errors, axis=0)
-    assert np.all(np.abs(np.mean(off, axis=0)) < 4 * typical / np.sqrt(100)), "no bias"
+    assert np.all(np.abs(np.mean(off, axis=0)) < 4 * typical / np.sqrt(100)), "beyond chance"
     assert np.std(off, axis=0) == pytest.approx(typical, rel=0.25)
 
 
