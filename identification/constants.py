@@ -11,6 +11,8 @@ from .evidence import excess
 from .fit import Fit
 from .identifiable import identifiability
 from .noise import ljung_box
+from .problem import Key
+from .uneven import Uneven
 from .verdict import NORMAL_95, amount, noise_json, nuisances_json
 
 
@@ -38,12 +40,13 @@ def fit_json(fit: Fit, provenance: Mapping[str, Any]) -> dict[str, Any]:
             "unit": entry.unit,
             **told[entry.label],
         }
-    white = [ljung_box(fit.problem.floor[k].whiten(fit.residual_of(k))) for k in fit.keys]
+    laws = {**fit.problem.floor, **_uneven(fit)}
+    white = [ljung_box(laws[k].whiten(fit.residual_of(k))) for k in fit.keys]
     return {
         "status": fit.status,
         "sentence": _sentence(fit),
         "parameters": parameters,
-        "noise": noise_json(fit),
+        "noise": _noise(fit),
         "misfit": {"reduced_chi2": 1.0 + excess(fit), "whiteness_p": float(min(white))},
         "channels": {
             f"{record}:{channel}": {
@@ -67,6 +70,35 @@ def fit_json(fit: Fit, provenance: Mapping[str, Any]) -> dict[str, Any]:
         ],
         "provenance": dict(provenance),
     }
+
+
+def _uneven(fit: Fit) -> dict[Key, Uneven]:
+    return {key: noise for key, noise in fit.model.noises.items() if isinstance(noise, Uneven)}
+
+
+def _noise(fit: Fit) -> dict[str, Any]:
+    """As a diagnosis tells the noise, and the laws under which samples are not equally sure."""
+    told, uneven = noise_json(fit), _uneven(fit)
+    if not uneven:
+        return told
+    rows: dict[str, dict[str, Any]] = told["channels"]
+    for (record, channel), noise in uneven.items():
+        row = {"law": noise.law, "std": noise.marginal_std, "phi": list(noise.coefficients)}
+        row |= {"growth": noise.growth} if noise.growth else {}
+        row |= {"freedom": 1.0 / noise.tail} if noise.tail else {}
+        rows[f"{record}:{channel}"] = row
+    laws = [row["law"] for row in rows.values()]
+    law = max(sorted(set(laws)), key=laws.count)
+    chosen = [row for row in rows.values() if row["law"] == law]
+    numbers = {
+        name: float(np.median([row[name] for row in chosen]))
+        for name in ("std", "growth", "freedom")
+        if name in chosen[0]
+    }
+    phi = np.median([row["phi"] for row in chosen], axis=0)
+    names = ("rho",) if len(phi) == 1 else ("phi_1", "phi_2")
+    numbers |= {name: float(value) for name, value in zip(names, phi, strict=False)}
+    return {"law": law, "parameters": numbers, "channels": rows}
 
 
 def _sentence(fit: Fit) -> str:

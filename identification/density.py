@@ -16,6 +16,7 @@ from ..model.march import space_of
 from ..model.plant import Plant
 from ..model.respond import simulate
 from .coast import Coast, CoastData, coasted, eliminated
+from .tails import expanded
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,8 @@ class Kind:
         starts: elements of z that hold its own unknown start states.
         offsets: sensors with an unknown offset of their own.
         shared: what all records share and the response is linear in: (slot, index) each.
+        growing: whether noise of a channel grows with its motion.
+        heavy: whether noise of a channel has heavy tails.
     """
 
     plant: Plant
@@ -41,6 +44,8 @@ class Kind:
     starts: tuple[int, ...]
     offsets: tuple[int, ...]
     shared: tuple[tuple[str, int], ...]
+    growing: bool = False
+    heavy: bool = False
 
 
 class Data(NamedTuple):
@@ -56,6 +61,7 @@ class Data(NamedTuple):
     index: Any
     weight: Any
     noise: Any
+    motion: Any
     extra: Any
     scale: Any
     center: Any
@@ -108,7 +114,7 @@ def _one(
     information = jnp.diag(rate**2)
     push = rate**2 * prior.shared_center
     for kind, several in zip(kinds, data, strict=True):
-        parts = _told_by(kind, value, known, several)
+        parts = _told_by(kind, value, known, several, prior)
         total = total + jnp.sum(parts[0])
         if kind.shared:
             at = several.shared_at
@@ -119,11 +125,11 @@ def _one(
     return total
 
 
-def _told_by(kind: Kind | Coast, value: Array, known: Array, data: Any) -> Any:
+def _told_by(kind: Kind | Coast, value: Array, known: Array, data: Any, prior: Prior) -> Any:
     """What records tell, in closed form where nothing drives them while they are seen."""
     if isinstance(kind, Coast):
         return coasted(kind, value, known, data)
-    return jax.vmap(lambda one: _told(kind, value, known, one))(data)
+    return jax.vmap(lambda one: _told(kind, value, known, one, prior))(data)
 
 
 def _integrated(information: Array, push: Array) -> Array:
@@ -149,7 +155,9 @@ def _natural(free: Array, prior: Prior) -> tuple[Array, Array]:
     return value, change
 
 
-def _told(kind: Kind, value: Array, known: Array, data: Data) -> tuple[Array, Array, Array]:
+def _told(
+    kind: Kind, value: Array, known: Array, data: Data, prior: Prior
+) -> tuple[Array, Array, Array]:
     """What one record tells: log density, and push on and information of shared numbers.
 
     Its own start states, offsets and allowances are integrated, as departures from the fit.
@@ -163,9 +171,22 @@ def _told(kind: Kind, value: Array, known: Array, data: Data) -> tuple[Array, Ar
     own = jnp.concatenate([columns[:, :n_starts], steady], axis=1) * data.scale[:, None]
     common = columns[:, n_starts:] * data.shared_scale[:, None]
     design = jnp.concatenate([own, data.extra, common, gap[:, None]], axis=1)
-    gram, log_size = jax.vmap(_innovations)(design, data.mask, known[data.noise])
-    log, push, information = eliminated(jnp.sum(gram, axis=0), data.rate, data.center)
-    return log - jnp.sum(log_size), push, information
+    noise, log_size = known[data.noise], jnp.zeros(())
+    if kind.growing:
+        size = jnp.sqrt(1.0 + (noise[:, 3, None] * data.motion) ** 2)
+        log_size = jnp.sum(data.mask * jnp.log(size))
+        design = design / size[:, None]
+    white, level = jax.vmap(_innovations)(design, data.mask, noise)
+    log_size = log_size + jnp.sum(level)
+    if kind.heavy:
+        at = data.shared_at
+        rate = jnp.concatenate([data.rate, prior.shared_rate[at]])
+        center = jnp.concatenate([data.center, prior.shared_center[at]])
+        whole = expanded(white, data.mask, noise[:, 4], rate, center)
+    else:
+        whole = jnp.sum(jax.vmap(lambda rows: rows @ rows.T)(white), axis=0)
+    log, push, information = eliminated(whole, data.rate, data.center)
+    return log - log_size, push, information
 
 
 def _responses(kind: Kind, z: Array, data: Data) -> tuple[Array, Array]:
@@ -240,7 +261,7 @@ def _sampled(kind: Kind, rows: Array, data: Data) -> Array:
 
 
 def _innovations(design: Array, mask: Array, noise: Array) -> tuple[Array, Array]:
-    """Gram matrix of the whitened rows of `design`, and the log size of the noise.
+    """Whitened rows of `design`, and the log size of the noise.
 
     The first two samples have the law's stationary density, later ones its innovations'.
     """
@@ -254,4 +275,4 @@ def _innovations(design: Array, mask: Array, noise: Array) -> tuple[Array, Array
     white = white.at[:, 1].set((design[:, 1] - first * design[:, 0]) * after)
     white = white * (mask / std)
     count = jnp.sum(mask)
-    return white @ white.T, count * jnp.log(std) - jnp.log(before) - jnp.log(after)
+    return white, count * jnp.log(std) - jnp.log(before) - jnp.log(after)

@@ -79,7 +79,9 @@ def rig_entries(
         if number.free and math.isinf(low) and number.value > 0:
             low = 0.0
         prior = number.std if number.std is not None else math.inf
-        for record in [p.name for p in records] if number.per_record else [None]:
+        # what a record gives of its own is held there
+        own = [p.name for p in records if name not in p.numbers]
+        for record in own if number.per_record else [None]:
             found.append(
                 Entry(
                     name,

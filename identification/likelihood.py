@@ -21,8 +21,18 @@ from .coast_data import are_alike, coast_of, coasts, together
 from .density import Data, Kind, Prior, log_densities
 from .fit import Fit
 from .free import Entry
+from .noise import Noise
 from .prepare import Prepared, Sensor
-from .unknowns import FAR, Unknown, absorbed, entry_unknowns, is_linear, noise_unknowns
+from .uneven import Uneven
+from .unknowns import (
+    FAR,
+    Unknown,
+    absorbed,
+    entry_unknowns,
+    is_linear,
+    noise_columns,
+    noise_unknowns,
+)
 
 KINDS = ("identity", "above", "below", "between")
 MANY = 4
@@ -38,7 +48,9 @@ class LogPosterior:
 
     Start states, offsets and the zeros of drives, in which the response is linear and whose priors
     are normal, are integrated in closed form. Each channel's noise keeps the law that was chosen
-    for it, but its size and memory are unknowns too: their uncertainty widens the others'.
+    for it, but its size and memory are unknowns too: their uncertainty widens the others'. Noise
+    that grows does so with the motion of the fit. Under heavy tails linear numbers are integrated
+    by a normal law about their best values, see `tails`.
 
     Attributes:
         unknowns: what is sampled.
@@ -183,10 +195,12 @@ def _record(
     common = [(n, i) for n, i in enumerate(shared) if i in links]
     first = plant.slots["offset"].start
     delay = plant.slots["delay"]
-    noise = np.full((len(prepared.sensors), 3), size)
-    for row, sensor in enumerate(prepared.sensors):
-        mine = at[prepared.name, sensor.channel.name]
-        noise[row, : len(mine)] = mine
+    laws = [model.noises[prepared.name, sensor.channel.name] for sensor in prepared.sensors]
+    noise = np.full((len(laws), 5), size)
+    for row, (sensor, law) in enumerate(zip(prepared.sensors, laws, strict=True)):
+        assert isinstance(law, Noise)
+        noise[row, noise_columns(law)] = at[prepared.name, sensor.channel.name]
+    uneven = [law for law in laws if isinstance(law, Uneven)]
     if coasts(fit, prepared) and all(model.entries[i].slot == "drive" for _, i in common):
         return coast_of(fit, prepared, z, scatter, (starts, offsets, common), noise)
     kind = Kind(
@@ -198,9 +212,15 @@ def _record(
         tuple(links[i] for i in starts),
         tuple(links[i] - first for i in offsets),
         tuple(_slot(plant, model.entries[i], links[i]) for _, i in common),
+        any(law.growth for law in uneven),
+        any(law.tail for law in uneven),
     )
     values, mask, index, weight = _measured(prepared, kind.clocked)
     extra = _allowed(fit, prepared, values.shape[1])
+    motion = np.zeros_like(values)
+    for row, law in enumerate(laws):
+        if isinstance(law, Uneven):
+            motion[row, : len(law.motion)] = law.motion
     ordered = [model.entries[i] for i in (*starts, *offsets)]
     best = fit.x[[*starts, *offsets]]
     scale = np.array([e.scale for e in ordered])
@@ -215,6 +235,7 @@ def _record(
         index,
         weight,
         noise,
+        motion,
         extra,
         scale,
         np.append(np.array([e.center for e in ordered]) / scale - best, np.zeros(extra.shape[1])),
@@ -283,6 +304,7 @@ def _stacked(several: Sequence[Any]) -> Data | CoastData:
         return data._replace(
             inputs=np.pad(data.inputs, ((0, more), (0, 0)), mode="edge"),
             values=np.pad(data.values, wide),
+            motion=np.pad(data.motion, wide),
             extra=np.pad(data.extra, ((0, 0), (0, 0), (0, late))),
             mask=np.pad(data.mask, wide),
             index=np.pad(data.index, (*wide, (0, 0))),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -291,7 +292,7 @@ def _whittle(frequency: np.ndarray, power: np.ndarray, order: int) -> tuple[floa
     count = float(sizes.sum())
 
     def inverse(partial: np.ndarray) -> np.ndarray:
-        return 1.0 / Noise(_coefficients(partial), 1.0).spectrum(frequency)
+        return 1.0 / Noise(coefficients_of(partial), 1.0).spectrum(frequency)
 
     def cost(free: np.ndarray) -> float:
         gain = inverse(_limited(free))
@@ -305,21 +306,31 @@ def _whittle(frequency: np.ndarray, power: np.ndarray, order: int) -> tuple[floa
         run = min(runs, key=lambda r: r.fun)
         best, partial = float(run.fun), _limited(run.x)
     std = float(np.sqrt(sizes @ (power * inverse(partial)) / count))
-    return best, Noise(_coefficients(partial), std)
+    return best, Noise(coefficients_of(partial), std)
 
 
 def _limited(free: np.ndarray) -> np.ndarray:
     return np.array(MEMORY_LIMITS[: len(free)]) * np.tanh(free)
 
 
-def _coefficients(partial: np.ndarray) -> tuple[float, ...]:
-    """AR coefficients from partial autocorrelations (Durbin and Levinson): always stationary."""
+def coefficients_of(partial: Sequence[float] | np.ndarray) -> tuple[float, ...]:
+    """Coefficients [-] from partial autocorrelations (Durbin and Levinson): always stationary."""
     if len(partial) == 0:
         return ()
     if len(partial) == 1:
         return (float(partial[0]),)
     first, second = partial
     return (float(first * (1 - second)), float(second))
+
+
+def partials(coefficients: tuple[float, ...]) -> tuple[float, ...]:
+    """Partial autocorrelations [-] of an autoregressive law of order 0, 1 or 2.
+
+    Source: the recursion of Durbin and Levinson, backwards; tests/identification/test_sample.py.
+    """
+    if len(coefficients) == 2:
+        return coefficients[0] / (1 - coefficients[1]), coefficients[1]
+    return tuple(coefficients)
 
 
 def ljung_box(white: np.ndarray, lags: int = 20) -> float:

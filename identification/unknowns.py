@@ -10,8 +10,9 @@ from scipy.optimize import minimize
 
 from .fit import Fit, solve
 from .free import Entry
-from .noise import MEMORY_LIMITS, Noise
+from .noise import MEMORY_LIMITS, Noise, coefficients_of, partials
 from .problem import Key, Model
+from .uneven import GROWTH_LIMITS, TAIL_LIMITS, Uneven, likeliest_law
 
 LINEAR = ("start", "drive", "offset")
 """Slots in which the response of a model without laws is linear."""
@@ -150,7 +151,8 @@ def noise_unknowns(fit: Fit) -> dict[Key, list[Unknown]]:
     """The numbers of each channel's noise law: innovations' deviation [SI], then its memory [-].
 
     The memory is told by partial autocorrelations, so that every law is stationary; each is flat
-    between the limits within which the law was chosen.
+    between the limits within which the law was chosen. Of noise that is uneven, growth and tail
+    follow.
     """
     found = {}
     for key, noise in fit.model.noises.items():
@@ -168,14 +170,40 @@ def noise_unknowns(fit: Fit) -> dict[Key, list[Unknown]]:
             inner = float(np.clip(partial, -limit + 0.5 * error, limit - 0.5 * error))
             name = f"{channel}.memory_{lag}[{record}]"
             mine.append(Unknown(name, "1", inner, error, -limit, limit, limit, is_noise=True))
+        if isinstance(noise, Uneven):
+            mine += _parts(noise, f"[{record}]", channel, count)
         found[key] = mine
+    return found
+
+
+def _parts(noise: Uneven, record: str, channel: str, count: int) -> list[Unknown]:
+    """Growth and tail of a law that has them, with rough errors."""
+    found, rough = [], 1.0 / math.sqrt(count)
+    growth_error = 3.0 * rough * max(noise.growth, 1.0)
+    for name, value, error, (low, high) in (
+        ("growth", noise.growth, growth_error, GROWTH_LIMITS),
+        ("tail", noise.tail, 1.2 * rough, TAIL_LIMITS),
+    ):
+        if value:
+            room = min(0.5 * error, 0.25 * (high - low))
+            inner = float(np.clip(value, low + room, high - room))
+            label = f"{channel}.{name}{record}"
+            found.append(Unknown(label, "1", inner, error, low, high, high, is_noise=True))
+    return found
+
+
+def noise_columns(noise: Noise) -> list[int]:
+    """Which of deviation, two memories, growth and tail (0 to 4) a law has, in this order [-]."""
+    found = list(range(1 + len(noise.coefficients)))
+    if isinstance(noise, Uneven):
+        found += [3] * (noise.growth > 0) + [4] * (noise.tail > 0)
     return found
 
 
 def absorbed(fit: Fit) -> Fit:
     """The fit under the noise that its residuals have, whatever they are made of.
 
-    Of each channel's law the order is kept; size and memory [SI] are those that explain all of the
+    Of each channel's law the form is kept; size and memory [SI] are those that explain all of the
     residual, misfit included, so that a posterior starts from where it will end.
     """
     for _ in range(2):
@@ -186,7 +214,12 @@ def absorbed(fit: Fit) -> Fit:
                     f"{key[0]}: expected a fit with noise laws, found weights of an opening. "
                     "Mend: fit the records first."
                 )
-            noises[key] = _likeliest(fit.residual_of(key), len(noise.coefficients))
+            left, order = fit.residual_of(key), len(noise.coefficients)
+            noises[key] = (
+                likeliest_law(noise, left, fit.sensor_of(key).values)
+                if isinstance(noise, Uneven)
+                else _likeliest(left, order)
+            )
         again = solve(replace(fit.model, noises=noises), fit.x, 15)
         fit = replace(again, covariance=fit.covariance)
     return fit
@@ -197,9 +230,7 @@ def _likeliest(residual: np.ndarray, order: int) -> Noise:
     limits = np.array(MEMORY_LIMITS[:order])
 
     def law(free: np.ndarray) -> Noise:
-        first, *second = limits * np.tanh(free) if order else (0.0,)
-        whole = (first * (1 - second[0]), second[0]) if second else (first,)
-        unit = Noise(tuple(float(phi) for phi in whole[:order]), 1.0)
+        unit = Noise(coefficients_of(limits * np.tanh(free)), 1.0)
         return replace(unit, std=float(np.sqrt(np.mean(unit.whiten(residual) ** 2))) or 1e-300)
 
     if not order:
@@ -209,13 +240,3 @@ def _likeliest(residual: np.ndarray, order: int) -> Noise:
         lambda free: count * math.log(law(free).std), np.zeros(order) + 0.5, method="Nelder-Mead"
     )
     return law(run.x)
-
-
-def partials(coefficients: tuple[float, ...]) -> tuple[float, ...]:
-    """Partial autocorrelations [-] of an autoregressive law of order 0, 1 or 2.
-
-    Source: the recursion of Durbin and Levinson, backwards; tests/identification/test_sample.py.
-    """
-    if len(coefficients) == 2:
-        return coefficients[0] / (1 - coefficients[1]), coefficients[1]
-    return tuple(coefficients)

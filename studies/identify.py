@@ -55,6 +55,7 @@ def identify_records(
     from ..identification.preflight import preflight, remarks_json, require_ready
     from ..identification.problem import make_problem
     from ..identification.views import record_views
+    from ..identification.weighing import with_laws
     from ..model.door import write_beside
     from ..model.rig import write_rig
     from .posterior import drop_checkpoint, posterior_section, sample_fit
@@ -65,7 +66,7 @@ def identify_records(
     remarks = preflight(problem)
     require_ready(remarks)
     progress("fitting")
-    fit = fit_base(problem)
+    fit = with_laws(fit_base(problem))
     progress("")
     drawn = sample_fit(fit, out, seed, steps, progress) if posterior else None
     result: dict[str, Any] = fit_json(fit, inputs.provenance(seed))

@@ -13,6 +13,13 @@ if TYPE_CHECKING:
 
 _MOST_RECORDS = 6
 
+NOISE_WORDS = {
+    "ar1": "AR(1)",
+    "ar2": "AR(2)",
+    "growing": "growing with the motion",
+    "student_t": "heavy-tailed (Student's t)",
+}
+
 _TOLD = {
     "yes": "well determined",
     "one_sided": "only bounded from one side",
@@ -319,9 +326,7 @@ def _missing_force(missing: Mapping[str, Any] | None) -> dict[str, Any] | None:
 def _noise(noise: Mapping[str, Any]) -> dict[str, Any] | None:
     if not noise:
         return None
-    law = {"white": "white", "ar1": "AR(1)", "ar2": "AR(2)"}.get(
-        str(noise.get("law")), str(noise.get("law"))
-    )
+    law = " and ".join(NOISE_WORDS.get(one, one) for one in str(noise.get("law")).split(" + "))
     rows = [
         [str(name), number_words(value) if isinstance(value, int | float) else str(value)]
         for name, value in (noise.get("parameters") or {}).items()

@@ -19,6 +19,7 @@ def main(words: Sequence[str] | None = None) -> None:
         "maps": _maps,
         "planar": _planar,
         "optimal": _optimal,
+        "fits": _fits,
         "first": _first,
     }
     parser = ArgumentParser("python -m supple.studies.benchmark", description=__doc__)
@@ -81,6 +82,28 @@ def _optimal() -> None:
     for name, spent in optimal_seconds().items():
         goal = GOALS[name]
         print(f"  {name:<42}{spent:>18.2f} s (goal {goal:g} s: {_met(spent <= goal)})")
+
+
+def _fits() -> None:
+    from .fits import GOALS, RECORDS, SAMPLES, raced
+
+    print(f"Eight constants of three masses in a row, {RECORDS} records of {SAMPLES} samples")
+    race = raced()
+
+    def told(words: str, value: float, goal: float, most: bool) -> None:
+        met = value <= goal if most else value >= goal
+        which = "not installed: pip install '.[bench]'" if value != value else _met(met)
+        print(f"  {words:<58}{_figure(value):>9} (goal {goal:g}: {which})")
+
+    told("fit, compiled [s]", race.fit, GOALS["fit"], most=True)
+    told("times less than lmfit over solve_ivp", race.lmfit / race.fit, GOALS["lmfit"], most=False)
+    print(f"  their answers are {race.apart:.2g} standard errors apart at most")
+    gate = "passed" if race.converged else "NOT passed"
+    told(f"posterior, gate {gate} [s]", race.posterior, GOALS["posterior"], most=True)
+    for name, theirs in (("emcee", race.emcee), ("PINTS", race.pints)):
+        words = f"times the effective samples a second of {name} over solve_ivp"
+        told(words, race.ours / theirs, GOALS[name], most=False)
+    print(f"  {race.ours:.0f} a second; one likelihood by solve_ivp takes {race.likelihood:.2f} s")
 
 
 def _goals(rows: list[Row], goals: Mapping[str, float]) -> None:

@@ -4,8 +4,9 @@ import pytest
 
 from supple.identification.diagnose import Diagnosis, diagnose
 from supple.identification.fit import Fit, fit_base
-from supple.identification.problem import make_problem
+from supple.identification.problem import Problem, make_problem
 from tests.identification.benches import Bench, make_bench
+from tests.identification.replicates import small
 
 CUBIC = -5e4  # N/m^3: at 20 mm it takes a quarter of the stiffness away
 
@@ -32,6 +33,13 @@ def clean_fit(clean: Bench) -> Fit:
 def softening_fit(softening: Bench) -> Fit:
     """The softening cart, fitted by the linear model."""
     return fit_base(make_problem(softening.records, softening.rig))
+
+
+@pytest.fixture(scope="session")
+def small_problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+    """A short decay that is sampled often, for replicates drawn from our own model."""
+    fine = make_bench(tmp_path_factory.mktemp("often"), finer=4)
+    return small(fine.paths[0], fine.rig.path)
 
 
 @pytest.fixture(scope="session")

@@ -15,6 +15,7 @@ from supple.identification.prepare import shortened
 from supple.identification.problem import Key, Model, Problem, make_problem
 from supple.identification.records import read_record
 from supple.identification.sample import Plan, sample
+from supple.identification.uneven import Uneven, likeliest_law, motion_of
 from supple.model.rig import read_rig
 from tests.identification.benches import DAMPING, STIFFNESS
 
@@ -66,11 +67,14 @@ def drawn(
     chance: np.random.Generator,
     memory: float | None = None,
     entries: Sequence[Entry] | None = None,
+    growth: float = 0.0,
+    tail: float = 0.0,
+    sizes: tuple[float, float] = SIZES,
 ) -> Replicate:
     """A truth drawn from the priors, and a record that it would leave.
 
     The noise's size is drawn from a flat density of its logarithm, and so is its memory from a
-    flat one where none is given.
+    flat one where none is given. It grows with the motion, or is Student's, where that is told.
     """
     entries = tuple(entries or entries_of(problem))
     values = []
@@ -83,15 +87,18 @@ def drawn(
     x = np.array(values) / model.scale
     prepared = problem.records[0]
     key = prepared.name, prepared.sensors[0].channel.name
-    size = float(np.exp(chance.uniform(*np.log(SIZES))))
+    size = float(np.exp(chance.uniform(*np.log(sizes))))
     rho = float(chance.uniform(-0.98, 0.98)) if memory is None else memory
-    noise = size * chance.standard_normal(len(prepared.sensors[0].values))
-    noise[0] /= np.sqrt(1 - rho**2)
-    seen = model.predict(x)[key] + lfilter([1.0], [1.0, -rho], noise)
+    count, told = len(prepared.sensors[0].values), model.predict(x)[key]
+    new = chance.standard_t(1 / tail, count) if tail else chance.standard_normal(count)
+    new[0] /= np.sqrt(1 - rho**2)
+    noise = size * np.asarray(lfilter([1.0], [1.0, -rho], new))
+    seen = told + noise * np.sqrt(1.0 + (growth * motion_of(told)) ** 2)
     sensor = replace(prepared.sensors[0], values=seen)
     truth = dict(zip((entry.label for entry in entries), values))
     truth |= {f"{key[1]}.noise[{key[0]}]": size, f"{key[1]}.memory_1[{key[0]}]": rho}
     records = (replace(prepared, sensors=(sensor,)),)
+    truth |= {f"{key[1]}.growth[{key[0]}]": growth, f"{key[1]}.tail[{key[0]}]": tail}
     return Replicate(replace(problem, records=records), entries, truth)
 
 
@@ -102,6 +109,24 @@ def fit_of(replicate: Replicate, order: int) -> Fit:
     model = Model(replicate.problem, replicate.entries, (), {key: Noise((0.3,) * order, SIZE)})
     fit = solve(model, np.array([e.value / e.scale for e in replicate.entries]))
     jacobian = fit.model.jacobian(fit.x)
+    return replace(fit, covariance=np.linalg.inv(jacobian.T @ jacobian))
+
+
+def under_law(fit: Fit, growing: bool, heavy: bool) -> Fit:
+    """The fit again under uneven noise of a stated form."""
+    (key,) = fit.keys
+    values = fit.sensor_of(key).values
+    for _ in range(4):
+        noise = fit.model.noises[key]
+        assert isinstance(noise, Noise)
+        motion = motion_of(fit.predicted[key])
+        parts = float(growing), 0.1 * heavy
+        law = Uneven(noise.coefficients, noise.std, *parts, motion, np.ones(len(values)))
+        found = likeliest_law(law, fit.residual_of(key), values)
+        fit = solve(replace(fit.model, noises={key: found}), fit.x)
+    law = fit.model.noises[key]
+    assert isinstance(law, Uneven)
+    jacobian = replace(fit.model, noises={key: law.expected}).jacobian(fit.x)
     return replace(fit, covariance=np.linalg.inv(jacobian.T @ jacobian))
 
 

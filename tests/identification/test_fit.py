@@ -10,8 +10,10 @@ from supple.identification.evidence import excess, on_bounds
 from supple.identification.fit import CONVERGED, STOPPED, Fit, fit_base, solve, with_errors
 from supple.identification.identifiable import identifiability
 from supple.identification.problem import make_problem
+from supple.identification.records import read_record
 from supple.identification.screen import entry_of
 from supple.model.law import library
+from supple.model.rig import read_rig
 from tests.identification.benches import DAMPING, MASS, STIFFNESS, Bench, make_bench, with_rig
 
 ALL_FREE = ("masses.cart.mass", "links.spring.stiffness", "links.spring.damping")
@@ -106,6 +108,25 @@ def test_a_constant_of_its_own_for_each_record(tmp_path):
         assert abs(value - truth) < 4 * std and std < 0.02
     value, std = found["links.spring.stiffness"]
     assert abs(value - STIFFNESS) < 4 * std
+
+
+def test_what_a_record_gives_of_its_own_is_held_there(tmp_path):
+    one = make_bench(tmp_path / "a", reaches=(1.0,), held=(), damping=0.1, prefix="a_")
+    two = make_bench(tmp_path / "b", reaches=(1.0,), held=(), damping=0.3, prefix="b_")
+    text = one.rig.path.read_text()
+    at = text.index("damping")
+    text = text[:at] + text[at:].replace("free = true", 'free = true, per = "record"', 1)
+    one.rig.path.write_text(text)
+    (path,) = two.paths
+    path.write_text(path.read_text() + '\n[parameters]\n"links.spring.damping" = 0.3\n')
+    records = [*one.records, read_record(path)]
+    fit = fit_base(make_problem(records, read_rig(one.rig.path)))
+    labels = [entry.label for entry in fit.model.entries]
+    assert len(labels) == len(set(labels))
+    found = constants(fit)
+    assert abs(found["links.spring.damping[a_train_01]"][0] - 0.1) < 0.02
+    value, std = found["links.spring.damping[b_train_01]"]
+    assert value == pytest.approx(0.3, rel=0.01) and std < 0.0016, "known to half a percent"
 
 
 def test_a_tolerance_of_the_mass_widens_what_hangs_on_it(tmp_path, clean_fit):

@@ -104,7 +104,7 @@ def test_whitened_noise_is_white_and_of_unit_size(law):
 
 @given(st.lists(st.floats(-4, 4), max_size=2))
 def test_every_law_is_stationary_and_its_spectrum_holds_its_power(free):
-    phi = noises._coefficients(noises._limited(np.array(free)))
+    phi = noises.coefficients_of(noises._limited(np.array(free)))
     assert np.all(np.abs(np.roots([1.0, *(-p for p in phi)])) < 1)
     noise = Noise(phi, 0.7)
     circle = np.arange(20000) / 20000

@@ -26,7 +26,7 @@ from supple.identification.coast import Coast
 from supple.identification.convergence import CONVERGED, judge
 from supple.identification.fit import Fit, solve
 from supple.identification.likelihood import LogPosterior, log_posterior
-from supple.identification.noise import Noise
+from supple.identification.noise import Noise, partials
 from supple.identification.posterior import Posterior
 from supple.identification.prepare import sampling_matrix, shortened
 from supple.identification.problem import (
@@ -39,7 +39,7 @@ from supple.identification.problem import (
 from supple.identification.records import read_record
 from supple.identification.sample import Plan, sample
 from supple.identification.sample_file import read_chain, write_posterior
-from supple.identification.unknowns import Unknown, absorbed, is_linear, partials
+from supple.identification.unknowns import Unknown, absorbed, is_linear
 from tests.identification.benches import DAMPING, STIFFNESS, Bench, make_bench
 from tests.identification.replicates import (
     NAMES,

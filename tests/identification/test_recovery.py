@@ -1,0 +1,87 @@
+"""Constants from driven records, decays and blows at 30 dB of benches that share no code."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from supple.identification.fit import Fit, fit_base
+from supple.identification.identifiable import identifiability
+from supple.identification.problem import make_problem
+from supple.identification.records import read_record
+from supple.identification.weighing import with_laws
+from supple.model.rig import read_rig
+from tests.lab.draw import draw_case
+from tests.lab.sealed import draw_sealed
+
+SEEDS = range(9000, 9100)
+LOUD = 30.0
+"""Of each channel above its white noise [dB]."""
+
+CLUBS = range(9000, 9010)
+"""A fit of a club takes half a minute."""
+
+
+def fitted(paths: list[Path], rig: Path) -> Fit:
+    """As `supple identify` fits them; every kind of test is there."""
+    records = [read_record(path) for path in paths]
+    assert {record.test for record in records} == {"driven", "decay", "impact"}
+    return with_laws(fit_base(make_problem(records, read_rig(rig))))
+
+
+def errors_of(fit: Fit, truth: dict[str, float]) -> dict[str, float]:
+    """Relative error of every constant that the records tell."""
+    told = identifiability(fit)
+    seen = [name for name in truth if name in told and told[name]["identifiable"] == "yes"]
+    return {name: fit.value(fit.index(name)) / truth[name] - 1.0 for name in seen}
+
+
+def chain_errors(folder: Path, seed: int) -> dict[str, float]:
+    """Of one to three bodies in absolute coordinates, each record of another kind."""
+    case = draw_case(folder, seed, "chain", noise="white", snr_db=LOUD, records=3, held_out=0)
+    fit = fitted(list(case.train), case.rig)
+    return errors_of(fit, {name: case.truth["constants"][name] for name in case.truth["free"]})
+
+
+def club_errors(folder: Path, bench: str, seed: int) -> dict[str, float]:
+    """Of a club on a driven wrist: what lumped clubs and those of elements have in common.
+
+    Lumped constants of elements are those that a lab would find, each by its own test.
+    """
+    truth = draw_sealed(
+        folder, bench, seed, effects=0, model="driven_wrist", noise="white", snr_db=LOUD,
+        train=3, held_out=0,
+    )["lumped"]  # fmt: skip
+    records = folder / "records"
+    fit = fitted(sorted(records.glob("train_*.toml")), records / "rig.toml")
+    found = {entry.label: fit.value(i) for i, entry in enumerate(fit.model.entries)}
+    both = []
+    for of in (found, truth):
+        beat = np.sqrt(of["shaft_stiffness"] / of["clubhead_mass"])
+        ratio = of["shaft_damping"] * beat / (2 * of["shaft_stiffness"])
+        wrist = {name: of[name] for name in ("wrist_stiffness", "wrist_damping")}
+        both.append(
+            {"frequency": beat, "ratio": ratio, "stiffness": of["shaft_stiffness"], **wrist}
+        )
+    return {name: both[0][name] / both[1][name] - 1.0 for name in both[0]}
+
+
+def medians(rows: list[dict[str, float]]) -> tuple[float, float]:
+    """Median size of the errors of all stiffnesses and of all dampings that are told."""
+    found = []
+    for kind in ("stiffness", "damping"):
+        errors = [abs(e) for row in rows for name, e in row.items() if name.endswith(kind)]
+        found.append(float(np.median(errors)))
+    return found[0], found[1]
+
+
+def test_constants_of_a_chain_are_recovered(tmp_path):
+    stiffness, damping = medians([chain_errors(tmp_path, SEEDS[1])])
+    assert stiffness < 0.001 and damping < 0.01
+
+
+@pytest.mark.slow
+def test_constants_of_100_chains_are_recovered(tmp_path):
+    rows = [chain_errors(tmp_path / str(seed), seed) for seed in SEEDS]
+    stiffness, damping = medians(rows)
+    assert stiffness < 0.01 and damping < 0.05, (stiffness, damping)
