@@ -19,6 +19,7 @@ def main(words: Sequence[str] | None = None) -> None:
         "maps": _maps,
         "planar": _planar,
         "optimal": _optimal,
+        "peers": _peers,
         "first": _first,
     }
     parser = ArgumentParser("python -m supple.studies.benchmark", description=__doc__)
@@ -81,6 +82,23 @@ def _optimal() -> None:
     for name, spent in optimal_seconds().items():
         goal = GOALS[name]
         print(f"  {name:<42}{spent:>18.2f} s (goal {goal:g} s: {_met(spent <= goal)})")
+
+
+def _peers() -> None:
+    from .swing_peers import GOAL, beside
+
+    print("The linear optimal swing from nothing, in its peers' own words; wall time, same cost")
+    found = beside()
+    for one in found:
+        told = f"{one.theirs.words}, {one.theirs.seconds:.2f} s, cost {one.theirs.cost:.6g}"
+        print(f"  {one.peer}: {told}")
+        same = "the same or less" if one.is_equal else "HIGHER"
+        told = f"{one.seconds:.2f} s, cost {one.cost:.6g}, {same}"
+        print(f"    supple, {one.splines} splines: {told}")
+        met = _met(one.is_equal and one.ratio >= GOAL)
+        print(f"    {_figure(one.ratio)} times less time (goal {GOAL:g}: {met})")
+    if len(found) < 2:
+        print("  rockit or dymos is not installed: pip install '.[bench]'")
 
 
 def _goals(rows: list[Row], goals: Mapping[str, float]) -> None:

@@ -24,9 +24,10 @@ GOALS = {
 EDIT = 0.995
 """Share of the speed that an edited task asks for [-]."""
 
-_RIG = '[rig]\nkind = "robot"\nmodel = "driven_arm"\nfidelity = "{}"\npreset = "robo_v"\n'
+RIG = '[rig]\nkind = "robot"\nmodel = "driven_arm"\nfidelity = "{}"\npreset = "robo_v"\n'
+"""The robot, but for its fidelity [-]."""
 
-_TASK = f"""\
+TASK = f"""\
 [swing]
 rig = "rig.toml"
 duration = 2.0
@@ -47,6 +48,7 @@ parameter = "shaft_frequency"
 factors = [0.9, 1.1]
 scenarios = 3
 """
+"""What is asked [SI]."""
 
 
 def optimal_seconds() -> dict[str, float]:
@@ -54,9 +56,9 @@ def optimal_seconds() -> dict[str, float]:
     found: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "task.toml").write_text(_TASK)
+        (folder / "task.toml").write_text(TASK)
         for fidelity, words in (("thesis", "linear"), ("planar", "planar")):
-            (folder / "rig.toml").write_text(_RIG.format(fidelity))
+            (folder / "rig.toml").write_text(RIG.format(fidelity))
             task, rig = read_task(folder / "task.toml"), read_rig(folder / "rig.toml")
             first = solve(task, rig)
             hit = replace(task.impact, clubhead_speed=EDIT * SPEED)
