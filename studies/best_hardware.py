@@ -1,4 +1,4 @@
-"""Which wrist and collet are best when each may have its own best swing?"""
+"""Which wrist and collet are best when each may have its own best swing? Searched along slopes."""
 
 from __future__ import annotations
 
