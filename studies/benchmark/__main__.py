@@ -87,7 +87,7 @@ def _optimal() -> None:
 def _peers() -> None:
     from .swing_peers import GOAL, beside
 
-    print("The linear optimal swing from nothing, in its peers' own words; wall time, same cost")
+    print("The linear optimal swing from nothing, as its peers' users write it; wall time")
     found = beside()
     for one in found:
         told = f"{one.theirs.words}, {one.theirs.seconds:.2f} s, cost {one.theirs.cost:.6g}"

@@ -25,8 +25,8 @@ from ...optimize.solve_program import (
     wanted,
 )
 
-STAGES = (800, 1, 199)
-"""Steps before the ball, under it and after it [-]; a thousand in all."""
+STAGES = (400, 1, 99)
+"""Steps before the ball, under it and after it [-]: half of ours; a thousand take it minutes."""
 
 OPTIONS = {
     "expand": True, "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes",
