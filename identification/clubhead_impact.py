@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from scipy.stats import chi2 as chi2_law, t as student
+from scipy.special import chdtri, stdtrit  # scipy.stats takes half a second to import
 
 from .clubhead_arc import Arc, arc_of
 from .clubhead_ball import Ball
@@ -190,7 +190,7 @@ def window_of(approach: Approach, shortest: int = SHORTEST) -> int:
 
 def _unlikely(chi2: float, count: int, degree: int) -> bool:
     free = 6 * (count - degree - 1)
-    return bool(chi2 > chi2_law.isf(CHANCE, free) / free)
+    return bool(chi2 > chdtri(free, CHANCE) / free)
 
 
 def tones_beside(approach: Approach, solved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -351,7 +351,7 @@ def arrive(
     slopes = (found[1 : many + 1] - found[many + 1 :]) / (2 * step[:, None])
     stds = np.sqrt(np.maximum(np.einsum("pk,pq,qk->k", slopes, own, slopes), 0.0))
     names = [*known, *(f"{name}_speed" for name in points or {})]
-    quantile = float(student.isf(0.025, max(1, freedom)))
+    quantile = float(stdtrit(max(1, freedom), 0.975))
     values = dict(zip(names, found[0].tolist(), strict=True))
     return values, dict(zip(names, stds.tolist(), strict=True)), count, chi2, quantile
 

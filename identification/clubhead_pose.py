@@ -186,12 +186,12 @@ class _Fitting:
 
     def _doubtful(self) -> np.ndarray:
         """Frames whose markers contradict each other, and cannot be told apart."""
-        from scipy.stats import chi2
+        from scipy.special import chdtri
 
         length, _ = self._scores(slice(None))
         total = np.sum(np.where(self.used, length**2, 0.0), axis=1)
         free = np.maximum(3 * self.used.sum(axis=1) - 6, 1)
-        limit = chi2.isf(1e-9, free) * max(self.noise, LEAST_NOISE) ** 2
+        limit = chdtri(free, 1e-9) * max(self.noise, LEAST_NOISE) ** 2
         return self._enough() & (total > limit)
 
     def _repeats(self) -> None:

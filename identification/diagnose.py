@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from ..model.rig import Rig
@@ -17,46 +17,37 @@ from .evidence import (
     least_explained,
     on_bounds,
 )
-from .extend import HeldOut, extend, held_out, thinned, without, worst_ratio
+from .extend import HeldOut, extend, held_out, without, worst_ratio
 from .fit import CRAWL, DOMINATED, Fit, fit_base, polished, settle, solve
 from .form import within_form
 from .problem import Problem, make_problem
 from .records import Record, check_record_against_rig, split_records
+from .refits import Progress, quick_refits, whole_refits
 from .screen import VISIBLE, Candidate, screen
-from .standing import alike_pairs, floor_visibility, gains_unseen, misfit_chance, whiteness
+from .standing import (
+    MISFIT_SHOWN,
+    alike_pairs,
+    floor_visibility,
+    gains_unseen,
+    misfit_chance,
+    whiteness,
+)
 from .swung import is_swung
-from .told import from_told, told_trials
 from .trial import (
     HALFWAY,
     IDLE,
     LEAST_EVIDENCE,
     NO_GAIN,
     SIMPLER,
+    UNSHOWN,
     Trial,
     explains_only,
     interval,
     limit_of,
-    may_rival,
-    promising,
     settled,
-    simplest_first,
-    with_limits,
-    with_other_places,
-    without_general,
 )
 
 MOST_CAUSES = 4
-TRIALS = 5
-HOPELESS = 100.0
-"""A quick refit that is worse than the best one by more than this, and by more than a fifth of
-what that gained, is not repeated on the whole records; units of the noise's variance [-]."""
-
-BEHIND = 0.3
-"""A quick refit at its minimum whose cost is behind the best one's by more than this share of it is
-not repeated on the whole records either [-]."""
-
-WORTH = 0.2
-"""Laws that promise less than this share of the best law's gain are not refitted [-]."""
 
 SIGNIFICANCE = 1e-3
 """Chance of any false law in one screen, after correction for the number of laws tried [-]."""
@@ -68,17 +59,6 @@ beyond doubt there [-], and the law explain most of what is left and foretell be
 BEYOND_DOUBT = 150.0
 """Fall of BIC that counts as a misfit shown, where zeros and tolerances take it in [-]: twice the
 most that a law was seen to gain on a clean set of a finite-element club."""
-
-UNSHOWN = 90.0
-"""Fall of BIC that a law needs where no misfit shows [-]: an effect counts as detectable from ten
-units of noise on, which is 100 of the cost, and a number more costs about 10.
-
-Beyond it, and where no misfit is left, a strength is not zero whatever its standard deviation
-says: one that trades off with another constant has a wide one, and the records still refuse zero
-(Hauck and Donner 1977, doi:10.1080/01621459.1977.10479969)."""
-
-MISFIT_SHOWN = 0.01
-"""Chance of the worst channel's misfit under the noise, below which there is one [-]."""
 
 LEAST_STEP = 0.1
 """Share of the misfit beyond noise, as it stands, that a law must take away [-]: where a lumped
@@ -92,8 +72,6 @@ AMBIGUOUS = 6.0
 
 SMALL_EXCESS = 0.3
 """Misfit beyond noise that is let pass when no law explains it, in units of the noise [-]."""
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -219,73 +197,25 @@ class _Search:
         open_ = [c for c in candidates if c.p_value * count < limit]
         if not open_ or self.rivals:
             return False
-        trials = self._refits(open_)
-        for rank, trial in enumerate(trials):
-            trial = self._judge(trial, self.fit)
-            self.trials.append(trial)
-            if trial.verdict == "accepted":
-                trial = self._simpler(trial, trials)
-                rivals = [] if rank else self._rivals(trial, trials)
-                self._accept([trial], rivals)
-                return True
-            alone = not rank and not self.accepted  # later pairs are two stand-ins more
-            if alone and trial.verdict == NO_GAIN and self._pair(trial):
-                return True
+        quick = quick_refits(self.fit, open_, self.accepted, self.progress)
+        while quick.tried:
+            trials, quick = whole_refits(self.fit, quick)
+            verdicts = set()
+            for rank, trial in enumerate(trials):
+                trial = self._judge(trial, self.fit)
+                self.trials.append(trial)
+                if trial.verdict == "accepted":
+                    trial = self._simpler(trial, trials)
+                    rivals = [] if rank else self._rivals(trial, trials)
+                    self._accept([trial], rivals)
+                    return True
+                alone = not rank and not self.accepted  # later pairs are two stand-ins more
+                if alone and trial.verdict == NO_GAIN and self._pair(trial):
+                    return True
+                verdicts.add(trial.verdict)
+            if verdicts != {NO_GAIN}:  # a stand-in may hide one that foretells better
+                return False
         return False
-
-    def _refits(self, open_: Sequence[Candidate]) -> list[Trial]:
-        """Rank by quick refits on thinned records, then refit the best in full."""
-        start = solve(thinned(self.fit.model), self.fit.x, 6)
-        quick = []
-        worth = [c for c in without_general(open_) if c.gain > WORTH * open_[0].gain]
-        chosen = with_other_places(worth, TRIALS) if len(worth) > 1 else list(open_[:2])
-        done: Candidate | None = None  # one that leaves no misfit
-        least = 0.0 if misfit_chance(self.fit) < MISFIT_SHOWN else UNSHOWN
-        promise = promising(self.fit, chosen, least)
-        if not promise:
-            return []
-        for candidate in with_limits(promise, open_):
-            if done is not None and not may_rival(candidate, done):
-                continue
-            self.progress(f"trying {candidate.name}")
-            quick.append((extend(start, candidate, 10), candidate))
-            if done is None and misfit_chance(quick[-1][0]) > MISFIT_SHOWN:
-                done = candidate
-        swung = bool(self.accepted) and self._swings(self.accepted[-1].candidate)
-        told, fresh = self.fit, []  # one of what a told motion swings hides the next
-        if done is None and (swung or not self.accepted):
-            told, fresh = told_trials(self.fit, lambda one: swung and self._swings(one))
-        for candidate in fresh:
-            self.progress(f"trying {candidate.name} from what the rig says")
-            quick.append((from_told(told, candidate, start, 15), candidate))
-        found: list[Trial] = []
-        for fit, candidate in self._worth_whole(start, quick):
-            now = self.fit
-            whole = replace(fit.model, problem=now.problem, allowances=now.model.allowances)
-            full = solve(whole, fit.x, 25)
-            found.append(Trial(candidate, full, delta_bic(self.fit, full)))
-        return simplest_first(found)
-
-    def _worth_whole(
-        self, start: Fit, quick: list[tuple[Fit, Candidate]]
-    ) -> list[tuple[Fit, Candidate]]:
-        """Quick refits that are worth a refit on the whole records, each at its own minimum."""
-        quick.sort(key=lambda pair: pair[0].cost)
-        best = quick[0][0].cost
-        limits = {limit_of(candidate) for _, candidate in quick[:1]}  # never left out
-        near = []
-        for rank, (fit, candidate) in enumerate(quick):
-            hopeless = fit.cost - best > max(HOPELESS, 0.2 * (start.cost - best))
-            if (rank > 2 or (rank and hopeless)) and candidate.name not in limits:
-                continue
-            near.append((solve(fit.model, fit.x, 30), candidate))
-        near.sort(key=lambda pair: pair[0].cost)
-        best = near[0][0].cost
-        return [
-            (fit, candidate)
-            for fit, candidate in near
-            if candidate.name in limits or fit.cost - best < max(HOPELESS, BEHIND * best)
-        ]
 
     def _judge(self, trial: Trial, before: Fit) -> Trial:
         """Accept or refuse one trial, in words."""

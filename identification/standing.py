@@ -11,6 +11,9 @@ from .fit import Fit
 from .noise import ljung_box
 from .screen import Candidate, alikeness
 
+MISFIT_SHOWN = 0.01
+"""Chance of the worst channel's misfit under the noise, below which there is one [-]."""
+
 
 def misfit_chance(fit: Fit) -> float:
     """Chance of the worst channel's absolute misfit under the noise, for so many channels [-]."""

@@ -26,6 +26,15 @@ LEAST_EVIDENCE = 10.0
 """Fall of BIC below which no law is accepted [-]; Kass and Raftery 1995 call 10 very strong."""
 
 
+UNSHOWN = 90.0
+"""Fall of BIC that a law needs where no misfit shows [-]: an effect counts as detectable from ten
+units of noise on, which is 100 of the cost, and a number more costs about 10.
+
+Beyond it, and where no misfit is left, a strength is not zero whatever its standard deviation
+says: one that trades off with another constant has a wide one, and the records still refuse zero
+(Hauck and Donner 1977, doi:10.1080/01621459.1977.10479969)."""
+
+
 @dataclass(frozen=True, eq=False)  # a trial is itself; its arrays have no single truth
 class Trial:
     """A candidate after its full refit.

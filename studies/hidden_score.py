@@ -112,6 +112,7 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
     single = [row for row in rows if len(row["truth"]) == 1]
     known = [row for row in single if row["known"]]
     sure = [row for row in known if row["power"]["detectable"]]
+    strong = [row for row in known if row["power"].get("strong")]
     strange = [row for row in single if not row["known"] and row["power"]["detectable"]]
     several = [row for row in rows if len(row["truth"]) > 1 and row["known"]]
     return {
@@ -119,8 +120,10 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
         "outcomes": dict(Counter(outcome(row) for row in rows)),
         "confusion": {name: dict(counts) for name, counts in sorted(confusion.items())},
         "false_alarms": false_alarms(rows),
-        "law_right": _share(sure, lambda row: outcome(row) in ("right", "right pair", "right law")),
-        "place_right_too": _share(sure, lambda row: outcome(row) in ("right", "right pair")),
+        "law_right": _share(sure, _law_right),
+        "place_right_too": _share(sure, _right),
+        "strong_law_right": _share(strong, _law_right),
+        "strong_place_right_too": _share(strong, _right),
         "right_where_named": _share([r for r in sure if named(r)], _right),
         "law_absent_named_wrongly": _share(strange, lambda row: bool(named(row))),
         "several_all_right": _share(several, _right),
@@ -131,6 +134,10 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
         "seconds": _seconds(rows),
         "baselines": _baselines(rows, sure),
     }
+
+
+def _law_right(row: Row) -> bool:
+    return outcome(row) in ("right", "right pair", "right law")
 
 
 def _right(row: Row) -> bool:
@@ -214,19 +221,25 @@ def _seconds(rows: Sequence[Row]) -> dict[str, float]:
 
 
 def _baselines(rows: Sequence[Row], sure: Sequence[Row]) -> dict[str, Any]:
-    """Pick-by-BIC under white noise, and the thesis's own way, which extends nothing."""
-    told = [row for row in rows if row.get("baseline") is not None]
-    clean = [row for row in told if not row["truth"]]
-    hidden = [row for row in told if row in sure]
+    """What simpler tools would say, and the thesis's own way, which extends nothing."""
+    found: dict[str, Any] = {
+        name: _baseline(rows, sure, key)
+        for name, key in (("white_bic", "baseline"), ("sparse",) * 2)
+    }
+    bare = {"right": intervals(0, len(sure)), "held_out": _held_out(sure)}
+    return {**found, "no_extension": bare}
 
-    def picked(row: Row) -> bool:
-        return bool(row["baseline"]["law"])
+
+def _baseline(rows: Sequence[Row], sure: Sequence[Row], key: str) -> dict[str, Any]:
+    """How often a tool that picks one law invents one, and finds the one that is there [-]."""
+    told = [row for row in rows if row.get(key) is not None]
 
     def hit(row: Row) -> bool:
-        pair = row["baseline"]["law"], row["baseline"]["place"]
+        pair = row[key]["law"], row[key]["place"]
         return any(_is(truth, pair) for truth in row["truth"])
 
+    clean = [row for row in told if not row["truth"]]
     return {
-        "white_bic": {"false_alarms": _share(clean, picked), "right": _share(hidden, hit)},
-        "no_extension": {"right": intervals(0, len(sure)), "held_out": _held_out(sure)},
+        "false_alarms": _share(clean, lambda row: bool(row[key]["law"])),
+        "right": _share([row for row in told if row in sure], hit),
     }

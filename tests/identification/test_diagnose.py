@@ -18,7 +18,7 @@ from supple.identification.evidence import (
 from supple.identification.extend import extend
 from supple.identification.records import split_records
 from supple.identification.screen import screen
-from supple.identification.trial import LEAST_EVIDENCE, Trial
+from supple.identification.trial import LEAST_EVIDENCE, UNSHOWN, Trial
 from supple.model.law import library
 from tests.identification.benches import Bench, make_bench
 from tests.identification.conftest import CUBIC
@@ -115,9 +115,9 @@ def test_zero_is_refused_by_the_records_whatever_the_standard_deviation(
     unsure = replace(trial.fit, covariance=1e6 * trial.fit.covariance)
     monkeypatch.setattr(diagnosing, "settled", lambda fit, far: unsure)
     search = diagnosing._Search(softening_diagnosis.base, None, lambda text: None)
-    assert trial.delta_bic > diagnosing.UNSHOWN
+    assert trial.delta_bic > UNSHOWN
     assert search._judge(trial, search.base).verdict == "accepted"
-    weak = replace(trial, delta_bic=diagnosing.UNSHOWN - 1.0)
+    weak = replace(trial, delta_bic=UNSHOWN - 1.0)
     assert search._judge(weak, search.base).verdict == "refused: its interval holds zero"
 
 

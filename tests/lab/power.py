@@ -15,13 +15,12 @@ STEP = 1e-3  # relative step of the numerical differences
 MODES_BELOW = 150.0
 MOST_MODES = 6
 LEAST_NORM = 10.0
-LEAST_SHARE = 0.02
-PASSES, HALVINGS = 12, 6
+LEAST_SHARE = 0.02  # of the records, as amplitudes and as energies
+PASSES, FEWER, HALVINGS = 12, 3, 6  # fewer where the twin is near
 BOLDEST, LEAST = 0.5, -0.95  # shares by which a constant moves in a step at most, and in all
 BEGINNINGS = (0.05, 0.1, 0.2, 0.4, 1.0)  # of the records
 LOOSE = 0.5  # prior of a free constant while only beginnings count [-]
 LATE = "late"  # the wrist's feedback [s]
-DETECTABLE = f"projected norm above {LEAST_NORM:g} and above {LEAST_SHARE:g} of the energy"
 
 
 class Weighing:
@@ -80,7 +79,9 @@ def power(
         `projected_energy_share` of what is left after the free constants, the start states, the
         offsets, gains, clocks and held constants (these within their tolerances) have taken
         theirs, to first order about the twin, and where that leaves much, by a refit;
-        `detectable` by both.
+        `detectable`: the norm is above `LEAST_NORM` and above `LEAST_SHARE` of the records' own;
+        `strong`: the energy is above `LEAST_SHARE` of theirs as well, which at 30 dB is a change
+        twenty times the power of the noise.
     """
     weighing = Weighing(club, runs, noise)
     base = weighing.stack(clean)
@@ -88,8 +89,9 @@ def power(
     energy = float(base @ base)
     constants = _columns([_turned(weighing), _starts(weighing), _chains(weighing, clean)])
     least = residual(change, *constants)
-    if least @ least > LEAST_SHARE * energy:  # so large a change is no step from the twin
-        left = refitted(weighing, clean, change)
+    if least @ least > LEAST_SHARE**2 * energy:  # so large a change is no step from the twin
+        far = least @ least > LEAST_SHARE * energy
+        left = refitted(weighing, clean, change, BEGINNINGS if far else (1.0,))
         least = min(least, left, key=lambda one: one @ one)
     norm, share = float(np.linalg.norm(least)), float(least @ least) / energy
     return {
@@ -97,11 +99,17 @@ def power(
         "energy_share": float(change @ change) / energy,
         "projected_norm": norm,
         "projected_energy_share": share,
-        "detectable": bool(norm > LEAST_NORM and share > LEAST_SHARE),
+        "detectable": bool(norm > LEAST_NORM and share > LEAST_SHARE**2),
+        "strong": bool(norm > LEAST_NORM and share > LEAST_SHARE),
     }
 
 
-def refitted(weighing: Weighing, clean: Sequence[Table], change: np.ndarray) -> np.ndarray:
+def refitted(
+    weighing: Weighing,
+    clean: Sequence[Table],
+    change: np.ndarray,
+    beginnings: Sequence[float] = BEGINNINGS,
+) -> np.ndarray:
     """What the constants of a club leave of a change, by Gauss and Newton's steps.
 
     One step from the twin does not do: a spring that moves a frequency by a tenth is a change
@@ -113,7 +121,7 @@ def refitted(weighing: Weighing, clean: Sequence[Table], change: np.ndarray) -> 
     others, their_priors = _columns([_starts(weighing), _chains(weighing, clean)])
     still = _simulated(weighing, constants, np.zeros(len(constants)))
     moves, left = np.zeros(len(constants)), change
-    for share in BEGINNINGS:
+    for share in beginnings:
         mine = weighing.beginning(share)
         held = np.minimum(priors, LOOSE if share < 1.0 else np.inf)
         away = _Away(others[mine], their_priors)
@@ -124,7 +132,7 @@ def refitted(weighing: Weighing, clean: Sequence[Table], change: np.ndarray) -> 
             return np.append(away(change[mine] - seen[mine]), moves / held)
 
         left = left_at(moves)
-        for _ in range(PASSES):
+        for _ in range(PASSES if len(beginnings) > 1 else FEWER):
             rows = np.eye(len(moves)) * STEP
             columns = np.array([(left_at(moves + row) - left) / STEP for row in rows]).T
             scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)  # one may move nothing

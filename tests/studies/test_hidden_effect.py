@@ -36,7 +36,8 @@ def row(status="named", said=(), truth=(), bench="A", norm=200.0, known=True, **
         {"law": law, "place": place, "places": [place, f"{place}_too"], "strength": 0.1}
         for law, place in truth
     ]
-    power = {"projected_norm": norm, "detectable": norm > 100} if truth else None
+    power = {"projected_norm": norm, "detectable": norm > 100, "strong": norm > 300}
+    power = power if truth else None
     base = {"bench": bench, "seed": 1, "noise": "white", "model": "pinned_wrist"}
     base |= {"nrmse_before": 0.2, "nrmse_after": 0.03, "noise_floor": 0.02, "seconds": 4.0}
     base |= {"baseline": {"law": "", "place": "", "delta_bic": 0.0}, "known": known}
@@ -96,7 +97,7 @@ def test_tables_count_what_is_there():
     rows = [
         row("adequate"),
         row("named", [FRICTION], noise="ar1"),
-        row("named", [FRICTION], [FRICTION]),
+        row("named", [FRICTION], [FRICTION], norm=400.0),
         row("named", [CUBIC], [FRICTION], baseline={"law": "coulomb_friction", "place": "wrist"}),
         row("unknown", [], [("slip", "sleeve")], known=False),
         row("adequate", [], [FRICTION], norm=5.0),
@@ -105,6 +106,7 @@ def test_tables_count_what_is_there():
     assert found["false_alarms"]["all"]["share"] == 0.5
     assert found["false_alarms"]["ar1"]["share"] == 1.0
     assert found["law_right"]["hits"] == 1 and found["law_right"]["count"] == 2
+    assert found["strong_law_right"]["hits"] == found["strong_law_right"]["count"] == 1
     assert found["right_where_named"]["share"] == 0.5
     assert found["law_absent_named_wrongly"]["hits"] == 0
     assert found["law_absent_named_wrongly"]["count"] == 1
@@ -115,7 +117,7 @@ def test_tables_count_what_is_there():
     assert found["baselines"]["no_extension"]["held_out"]["before"] == pytest.approx(10.0)
     assert sum(found["outcomes"].values()) == found["cases"] == 6
     weak = power_curve([rows[5], rows[2]])
-    assert [one["right"]["count"] for one in weak] == [1, 0, 0, 1, 0, 0, 0]
+    assert [one["right"]["count"] for one in weak] == [1, 0, 0, 0, 1, 0, 0]
     two = [
         row("named", [FRICTION], [FRICTION, CUBIC]),
         row("named", [CUBIC, FRICTION], [FRICTION, CUBIC]),

@@ -1,0 +1,140 @@
+"""Which laws that a screen left open deserve a refit on the whole records, and what that finds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from .evidence import delta_bic
+from .extend import extend, thinned
+from .fit import Fit, solve
+from .screen import Candidate
+from .standing import MISFIT_SHOWN, misfit_chance
+from .swung import is_swung
+from .told import from_told, told_trials
+from .trial import (
+    UNSHOWN,
+    Trial,
+    limit_of,
+    may_rival,
+    promising,
+    simplest_first,
+    with_limits,
+    with_other_places,
+    without_general,
+)
+
+TRIALS = 5
+HOPELESS = 100.0
+"""A quick refit that is worse than the best one by more than this, and by more than a fifth of
+what that gained, is not repeated on the whole records; units of the noise's variance [-]."""
+
+BEHIND = 0.3
+"""A quick refit at its minimum whose cost is behind the best one's by more than this share of it is
+not repeated on the whole records either [-]."""
+
+WORTH = 0.2
+"""Laws that promise less than this share of the best law's gain are not refitted [-]."""
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Quick:
+    """Quick refits on thinned records, cheapest first, that await one on the whole.
+
+    Attributes:
+        start: fit without any of the laws, on the thinned records.
+        tried: (fit with the law, the law).
+    """
+
+    start: Fit
+    tried: tuple[tuple[Fit, Candidate], ...]
+
+
+def quick_refits(
+    fit: Fit, open_: Sequence[Candidate], accepted: Sequence[Trial], progress: Progress
+) -> Quick:
+    """Rank laws by quick refits on thinned records.
+
+    Args:
+        fit: of the model as grown so far.
+        open_: candidates that the screen could not refuse, largest gain first.
+        accepted: causes named so far.
+        progress: told what is tried.
+
+    Returns:
+        The ranking; empty where none promises enough.
+
+    Source: tests/identification/test_refits.py.
+    """
+    start = solve(thinned(fit.model), fit.x, 6)
+    quick: list[tuple[Fit, Candidate]] = []
+    worth = [c for c in without_general(open_) if c.gain > WORTH * open_[0].gain]
+    chosen = with_other_places(worth, TRIALS) if len(worth) > 1 else list(open_[:2])
+    done: Candidate | None = None  # one that leaves no misfit
+    least = 0.0 if misfit_chance(fit) < MISFIT_SHOWN else UNSHOWN
+    promise = promising(fit, chosen, least)
+    if not promise:
+        return Quick(start, ())
+    for candidate in with_limits(promise, open_):
+        if done is not None and not may_rival(candidate, done):
+            continue
+        progress(f"trying {candidate.name}")
+        quick.append((extend(start, candidate, 10), candidate))
+        if done is None and misfit_chance(quick[-1][0]) > MISFIT_SHOWN:
+            done = candidate
+    problem = fit.problem
+    swung = bool(accepted) and is_swung(problem, accepted[-1].candidate.cause)
+    told, fresh = fit, []  # one of what a told motion swings hides the next
+    if done is None and (swung or not accepted):
+        told, fresh = told_trials(fit, lambda one: swung and is_swung(problem, one.cause))
+    for candidate in fresh:
+        progress(f"trying {candidate.name} from what the rig says")
+        quick.append((from_told(told, candidate, start, 15), candidate))
+    return Quick(start, tuple(sorted(quick, key=lambda pair: pair[0].cost)))
+
+
+def whole_refits(fit: Fit, quick: Quick) -> tuple[list[Trial], Quick]:
+    """Refit the best of the ranking on the whole records.
+
+    Args:
+        fit: of the model as grown so far, on the whole records.
+        quick: a ranking that is not empty.
+
+    Returns:
+        The trials by falling evidence; and the ranking of those that the best one put aside,
+        whose turn it is where none of these foretells better.
+
+    Source: tests/identification/test_refits.py.
+    """
+    near, aside = _worth_whole(quick)
+    found: list[Trial] = []
+    for one, candidate in near:
+        whole = replace(one.model, problem=fit.problem, allowances=fit.model.allowances)
+        full = solve(whole, one.x, 25)
+        found.append(Trial(candidate, full, delta_bic(fit, full)))
+    return simplest_first(found), Quick(quick.start, tuple(aside))
+
+
+def _worth_whole(
+    quick: Quick,
+) -> tuple[list[tuple[Fit, Candidate]], list[tuple[Fit, Candidate]]]:
+    """Refits that are worth one on the whole records, each at its own minimum; and the others."""
+    best = quick.tried[0][0].cost
+    gained = quick.start.cost - best
+    limits = {limit_of(candidate) for _, candidate in quick.tried[:1]}  # never left out
+    near, aside = [], []
+    for rank, (fit, candidate) in enumerate(quick.tried):
+        hopeless = fit.cost - best > max(HOPELESS, 0.2 * gained)
+        if (rank > 2 or (rank and hopeless)) and candidate.name not in limits:
+            aside.append((fit, candidate))
+        else:
+            near.append((solve(fit.model, fit.x, 30), candidate))
+    near.sort(key=lambda pair: pair[0].cost)
+    best = near[0][0].cost
+    kept = []
+    for fit, candidate in near:
+        hopeless = fit.cost - best >= max(HOPELESS, BEHIND * best)
+        (aside if hopeless and candidate.name not in limits else kept).append((fit, candidate))
+    return kept, sorted(aside, key=lambda pair: pair[0].cost)

@@ -1,0 +1,95 @@
+"""Of many laws few are refitted whole; those that a stand-in put aside get their turn after it."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from supple.identification import diagnose as diagnosing, refits
+from supple.identification.refits import Quick, quick_refits, whole_refits
+from supple.identification.screen import screen
+from supple.identification.trial import NO_GAIN, Trial
+from tests.identification.test_trial import candidate
+
+
+@pytest.fixture
+def plain(monkeypatch):
+    """Fits that carry nothing but their cost, and a solver that returns where it stands."""
+    monkeypatch.setattr(refits, "solve", lambda model, x, evaluations: model.fit)
+    monkeypatch.setattr(refits, "replace", lambda model, **changes: model)
+    monkeypatch.setattr(refits, "delta_bic", lambda before, after: before.cost - after.cost)
+
+
+def stand_in(cost: float) -> Any:
+    fit = SimpleNamespace(cost=cost, x=None, problem=None)
+    fit.model = SimpleNamespace(fit=fit, allowances=None)
+    return fit
+
+
+def names(trials: list[Trial]) -> list[str]:
+    return [trial.candidate.law.name for trial in trials]
+
+
+def ranking(**costs: float) -> Quick:
+    ranked = sorted(costs.items(), key=lambda one: one[1])
+    return Quick(stand_in(5000.0), tuple((stand_in(cost), candidate(law)) for law, cost in ranked))
+
+
+def test_what_the_best_one_leaves_far_behind_waits(plain):
+    quick = ranking(stiffness_drift=1000.0, hysteresis=2600.0, slip=2700.0)
+    best, aside = whole_refits(stand_in(5000.0), quick)
+    assert names(best) == ["stiffness_drift"]
+    assert [one.law.name for _, one in aside.tried] == ["hysteresis", "slip"]
+    rest, nothing = whole_refits(stand_in(5000.0), aside)
+    assert names(rest) == ["hysteresis", "slip"] and nothing.tried == ()
+
+
+def test_the_fourth_of_equals_waits_and_none_is_lost(plain):
+    laws = ("quadratic_damping", "cubic_stiffness", "gravity", "clearance", "relaxation")
+    quick = ranking(**{law: 1000.0 + k for k, law in enumerate(laws)})
+    best, aside = whole_refits(stand_in(5000.0), quick)
+    assert len(best) == 3
+    assert {*names(best), *(one.law.name for _, one in aside.tried)} == set(laws)
+
+
+def test_the_simpler_law_of_the_best_one_is_never_put_aside(plain):
+    quick = ranking(hysteresis=1000.0, coulomb_friction=4000.0)
+    best, aside = whole_refits(stand_in(5000.0), quick)
+    assert sorted(names(best)) == ["coulomb_friction", "hysteresis"] and aside.tried == ()
+
+
+def test_quick_refits_rank_the_true_law_first(softening_diagnosis):
+    base = softening_diagnosis.base
+    told: list[str] = []
+    quick = quick_refits(base, screen(base), [], told.append)
+    costs = [fit.cost for fit, _ in quick.tried]
+    assert costs == sorted(costs) and costs[0] < 0.3 * quick.start.cost
+    assert quick.tried[0][1].name == "spring/cubic_stiffness"
+    assert "trying spring/cubic_stiffness" in told
+
+
+@pytest.mark.parametrize("verdict", [NO_GAIN, "refused: its interval holds zero"])
+def test_what_foretells_no_better_hides_nothing_that_does(
+    softening_diagnosis, monkeypatch, verdict
+):
+    right = replace(softening_diagnosis.accepted[0], verdict="")
+    wrong = Trial(candidate("stiffness_drift"), right.fit, right.delta_bic)
+    rounds = [[wrong], [right]]
+    waiting = Quick(right.fit, ((right.fit, right.candidate),))
+
+    def next_round(fit: Any, quick: Quick) -> tuple[list[Trial], Quick]:
+        return rounds.pop(0), Quick(right.fit, waiting.tried if rounds else ())
+
+    def judge(self: Any, trial: Trial, before: Any) -> Trial:
+        return replace(trial, verdict=verdict if trial is wrong else "accepted")
+
+    monkeypatch.setattr(diagnosing, "quick_refits", lambda *arguments: waiting)
+    monkeypatch.setattr(diagnosing, "whole_refits", next_round)
+    monkeypatch.setattr(diagnosing._Search, "_judge", judge)
+    monkeypatch.setattr(diagnosing._Search, "_pair", lambda self, first: False)
+    search = diagnosing._Search(softening_diagnosis.base, None, cast(Any, lambda text: None))
+    assert search.step() is (verdict == NO_GAIN)
+    assert [one.candidate for one in search.accepted] == (
+        [right.candidate] if verdict == NO_GAIN else []
+    )
