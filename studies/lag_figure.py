@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from ..optimize.profile import AXES
 from .figures import _STYLE, OTHER, _new
@@ -57,6 +58,7 @@ def factor_figure(found: Round) -> Figure:
                 found.frequencies[held], found.factors[held, column], ".-", color=color, label=axis
             )
         axes.axhline(1.0, color=OTHER, linestyle="--")
+        axes.xaxis.set_minor_formatter(NullFormatter())
         axes.set(xlabel="frequency [Hz]", ylabel="factor of the error [-]")
         axes.legend(loc="best")
     return figure
