@@ -17,6 +17,10 @@ from .linear import Array, Mechanism, Port, StateSpace, discretize, state_space
 BLOCK = 64
 """Samples that one power of the transition matrix jumps over [-]; a power of two."""
 
+DENSE, SMALL = 16, 16
+"""Samples a jump of the drive below which jumps are dense, and samples of a block then [-]: every
+jump is followed to the end of its block."""
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -130,31 +134,32 @@ def traced_outputs(
         the hand sees of them, shape (designs,) [SI].
     """
     step, count = float(times[-1]) / (len(times) - 1), len(times)
-    blocks = -(-count // BLOCK)
     held = 0.0 if plan.hold is None else plan.hold.displacement
     jumps = _jumps(drive, step, count)
+    block = SMALL if DENSE * len(jumps.samples) > count else BLOCK
+    sizes = -(-count // block), block
     marks = (jumps.samples, jumps.parts, jumps.part, jumps.changes)
     joints = np.array([(*joint.begin, joint.frequency) for joint in drive.joints]).reshape(-1, 3)
     static = plan if plan.hold is None else replace(plan, hold=replace(plan.hold, displacement=1.0))
     outputs, start, seen = _designs(
-        static, blocks, table, step, drive.frequency, joints, held, *marks
+        static, sizes, table, step, drive.frequency, joints, held, *marks
     )
     return outputs[:, :count], start, seen
 
 
 @partial(jax.jit, static_argnums=(0, 1))
 def _designs(
-    plan: Plan, blocks: int, table: Mapping[str, Array], *numbers: Any
+    plan: Plan, sizes: tuple[int, int], table: Mapping[str, Array], *numbers: Any
 ) -> tuple[Array, Array, Array]:
     def one(p: Mapping[str, Array]) -> tuple[Array, Array, Array]:
-        return _linear(plan, blocks, p, *numbers)
+        return _linear(plan, sizes, p, *numbers)
 
     return jax.vmap(one)(table)
 
 
 def _linear(
     plan: Plan,
-    blocks: int,
+    sizes: tuple[int, int],
     p: Mapping[str, Array],
     step: Array,
     frequency: Array,
@@ -165,7 +170,8 @@ def _linear(
     part: Array,
     changes: Array,
 ) -> tuple[Array, Array, Array]:
-    """Outputs (blocks * BLOCK, outputs), start coordinates, displacement held."""
+    """Outputs (blocks of their size, outputs), start coordinates, displacement held."""
+    blocks, block = sizes
     space = state_space(plan.mechanism, p, plan.inputs, plan.sensors)
     n = len(plan.mechanism.coordinates)
     start, seen = jnp.zeros(n), jnp.zeros(())
@@ -177,7 +183,7 @@ def _linear(
     lengths = jnp.concatenate([jnp.asarray(step)[None], parts])
     over = jax.vmap(lambda length: _transition(a, length))(lengths)
     powers = [over[0]]
-    for _ in range(BLOCK.bit_length() - 1):
+    for _ in range(block.bit_length() - 1):
         powers.append(powers[-1] @ powers[-1])
     look = c[None]  # c A^k, by doubling
     for power in powers[:-1]:
@@ -197,7 +203,7 @@ def _linear(
         lambda x, kick: (jnp.sum(powers[-1] * x[None], axis=1) + kick, x), first, kicks
     )
     outputs = jnp.einsum("bz,krz->bkr", starts, look) + own
-    return outputs.reshape(blocks * BLOCK, -1), start, seen
+    return outputs.reshape(blocks * block, -1), start, seen
 
 
 def _transition(a: Array, step: Array) -> Array:
@@ -269,14 +275,15 @@ def _landed(
     jumps: Array, samples: Array, powers: list[Array], look: Array, blocks: int
 ) -> tuple[Array, Array]:
     """What jumps do: to the state at the end of their block, and to outputs inside it."""
-    block, inside = samples // BLOCK, samples % BLOCK
+    size = len(look)
+    block, inside = samples // size, samples % size
     carried = jumps
-    for bit, power in enumerate(powers):  # by the power BLOCK - inside
-        wanted = ((BLOCK - inside) >> bit) & 1
+    for bit, power in enumerate(powers):  # by the power size - inside
+        wanted = ((size - inside) >> bit) & 1
         carried = jnp.where(wanted[:, None] == 1, carried @ power.T, carried)
     kicks = jnp.zeros((blocks, jumps.shape[1])).at[block].add(carried)
     after = jnp.einsum("jz,krz->jkr", jumps, look)
-    behind = jnp.arange(BLOCK)[None] - inside[:, None]
+    behind = jnp.arange(size)[None] - inside[:, None]
     shifted = jnp.take_along_axis(after, jnp.maximum(behind, 0)[:, :, None], axis=1)
     shifted = jnp.where(behind[:, :, None] >= 0, shifted, 0.0)
     own = jnp.zeros((blocks, *look.shape[:2])).at[block].add(shifted)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from ..model.rig import Rig
@@ -118,6 +119,20 @@ class _Stage:
         rest = rest + carried @ self.plant.start()[0]
         angles = self.effects[..., 0].sum(axis=0)  # what motors that stand do
         self.rest = rest + angles @ np.array(self.task.start)
+        self._join_points()
+
+    def _join_points(self) -> None:
+        """Effect of every point of an axis on the state at impact, and on angle and rate there.
+
+        The controller's spline is linear in its points: shapes (8, 2, points) and (2, points).
+        """
+        at, marks = self.grid.impact, self.grid.marks
+        spline = CubicSpline(self.grid.points, np.eye(len(self.grid.points)), bc_type="clamped")
+        middles = 0.5 * (marks[:at] + marks[1 : at + 1])
+        tables = [spline(marks[:at], order) for order in range(3)] + [spline(middles, 3)]
+        parts = [self.effects[..., k].transpose(1, 2, 0) @ table for k, table in enumerate(tables)]
+        self.by_points = np.sum(parts, axis=0)
+        self.read_at_impact = np.stack([spline(marks[at], order) for order in (0, 1)])
 
     def angles(self, told: _Told) -> np.ndarray:
         """Points of arm and wrist, shape (n, 2) [rad]."""
@@ -153,13 +168,9 @@ class _Stage:
         """State at impact (8,), and angle and rate of the axis there, for a way of 1 rad."""
         key = (axis, begin)
         if key not in self.units:
-            points, at = self.grid.points, self.grid.impact
+            points = self.grid.points
             share = rise(self.shape, points - begin, points[-1] - begin)
-            none = np.zeros(len(points))
-            one = SwingProfile(points, share, none, none, self.hit, quantum=0.0)
-            motion = played(self.grid, one)[: at + 1, 0]
-            x = np.einsum("kio,ko->i", self.effects[:, :, axis], motion[:at])
-            self.units[key] = x, motion[at, :2]
+            self.units[key] = self.by_points[:, axis] @ share, self.read_at_impact @ share
         return self.units[key]
 
     def _moved(self, motion: np.ndarray) -> np.ndarray:
@@ -186,7 +197,7 @@ class _Stage:
         for k in range(len(values) - 1):
             if values[k] * values[k + 1] < 0.0:
                 low, high = self.beginnings[k], self.beginnings[k + 1]
-                root: Any = brentq(lambda b: self._off(b, wrist)[0], low, high, xtol=1e-12)
+                root: Any = brentq(lambda b: self._off(b, wrist)[0], low, high, xtol=1e-10)
                 told = self._off(float(root), wrist)[1]
                 if max(map(abs, self.missed(told).values())) <= CLOSE:
                     found.append(told)

@@ -22,6 +22,10 @@ SEEN = 0.02
 QUIET = 0.5
 """How long a motion is held beyond both ends, so that its spectrum does not wrap around [s]."""
 
+EASED = 0.03
+"""How long before both ends of the command a correction fades, so that it begins and ends at rest
+[s]."""
+
 _AXES = ("arm", "wrist", "grip")
 
 
@@ -76,9 +80,15 @@ class Round:
         lags: as they were found, one an axis that moves.
         error: largest distance of the feedback from what is wanted [rad].
         impact_error: the same at impact, over the axes [rad].
-        contraction: factor by which the error's rms is expected to fall in the next round [-].
+        contraction: share of the error's rms that the next round is to leave; what shakes at
+            frequencies that the swing hardly holds is not counted on to shrink [-].
         worst: largest factor at any frequency that the swing holds; below 1 the iteration
             converges, whatever the lag's exact law [-].
+        times: within the swing, shape (t,) [s].
+        errors: what is wanted less the feedback, one column an axis, shape (t, 3) [rad].
+        frequencies: shape (f,) [Hz].
+        factors: by which an error is multiplied at each frequency, one column an axis; nan where
+            the swing does not hold the frequency, shape (f, 3) [-].
     """
 
     profile: SwingProfile
@@ -87,16 +97,25 @@ class Round:
     impact_error: float
     contraction: float
     worst: float
+    times: np.ndarray
+    errors: np.ndarray
+    frequencies: np.ndarray
+    factors: np.ndarray
+
+    @property
+    def converges(self) -> bool:
+        """Whether every frequency of the swing shrinks from round to round."""
+        return self.worst < 1.0
 
     @property
     def sentence(self) -> str:
         """What to expect, in words."""
-        says = "converges" if self.worst < 1.0 else "need not converge"
+        says = "converges" if self.converges else "need not converge"
         return (
             f"The robot is off by up to {np.degrees(self.error):.3g}°, at impact "
-            f"{np.degrees(self.impact_error):.3g}°; the next round should leave "
-            f"{100 * self.contraction:.2g} % of it. The iteration {says}: its factor is at most "
-            f"{self.worst:.2g} at any frequency of the swing."
+            f"{np.degrees(self.impact_error):.3g}°; the next round should leave at "
+            f"most {100 * self.contraction:.2g} % of it. The iteration {says}: its factor is at "
+            f"most {self.worst:.2g} at any frequency of the swing."
         )
 
 
@@ -109,6 +128,7 @@ def correct_lag(
     first-order lag undone), low-passed without phase, and added to the command. At a frequency w
     an error is multiplied by ``1 - Q(w) G(w) / L(w)``, with the lag L as modelled, G as the
     spectra of command and feedback show it, and Q the low-pass: the contraction is that number.
+    Near both ends, where a command must rest, less is corrected, see `EASED`.
 
     Args:
         wanted: what the axes should do.
@@ -139,43 +159,54 @@ def correct_lag(
     times = np.arange(-QUIET, end + QUIET, 1.0 / FINE)
     aims, told = wanted.at(times).angles, commanded.at(times).angles
     did = np.stack([_between(times, feedback, axis) for axis in range(3)], axis=1)
+    inside = (times >= 0.0) & (times <= end)
     moving = [axis for axis in range(3) if np.ptp(told[:, axis]) > 0.0]
-    angles, lags, parts, worst = np.array(commanded.angles), [], [], 0.0
+    angles, lags, parts = np.array(commanded.angles), [], []
+    frequencies = np.fft.rfftfreq(len(times), 1.0 / FINE)
+    factors = np.full((len(frequencies), 3), np.nan)
     for axis in moving:
         lag = lag_of(_AXES[axis], times, told[:, axis], did[:, axis])
         error = aims[:, axis] - did[:, axis]
-        turn = 2j * np.pi * np.fft.rfftfreq(len(times), 1.0 / FINE)
+        turn = 2j * np.pi * frequencies
         model = np.exp(-turn * lag.delay) / (1.0 + turn * lag.constant)
         low = np.exp(-((np.abs(turn) / (2 * np.pi * corner)) ** 4))
         spectrum = np.fft.rfft(error)
-        step = np.fft.irfft(low / model * spectrum, len(times))
+        step = _eased(times, end) * np.fft.irfft(low / model * spectrum, len(times))
         angles[:, axis] += np.interp(commanded.time, times, step)
-        left, most = _factors(turn, low / model, told[:, axis], did[:, axis], spectrum)
-        parts.append((left, float(np.sum(np.abs(spectrum) ** 2))))
-        worst = max(worst, most)
+        seen, law = _seen(told[:, axis], did[:, axis])
+        factors[seen, axis] = np.abs(1.0 - low / model * law)[seen]
+        after = error - np.fft.irfft(law * np.fft.rfft(step), len(times))
+        parts.append((float(np.sum(after[inside] ** 2)), float(np.sum(error[inside] ** 2))))
         lags.append(lag)
     total = sum(whole for _, whole in parts)
     contraction = float(np.sqrt(sum(left for left, _ in parts) / total)) if total else 0.0
-    inside = (times >= 0.0) & (times <= end)
-    off = np.abs(aims - did)[inside]
+    errors = (aims - did)[inside]
+    off = np.abs(errors)
     hit = int(np.argmin(np.abs(times[inside] - wanted.impact_time)))
     profile = replace(
         commanded, arm_angle=angles[:, 0], wrist_angle=angles[:, 1], grip_angle=angles[:, 2]
     )
-    return Round(profile, tuple(lags), float(off.max()), float(off[hit].max()), contraction, worst)
+    return Round(
+        profile, tuple(lags), float(off.max()), float(off[hit].max()), contraction,
+        float(np.nanmax(factors, initial=0.0)), times[inside], errors, frequencies, factors,
+    )  # fmt: skip
 
 
-def _factors(
-    turn: np.ndarray, update: np.ndarray, told: np.ndarray, did: np.ndarray, error: np.ndarray
-) -> tuple[float, float]:
-    """Sum of squares of the next error's spectrum, and the largest factor at a frequency."""
+def _eased(times: np.ndarray, end: float) -> np.ndarray:
+    """A share that leaves 0 and comes back to it without velocity, acceleration and jerk [-]."""
+    inner = np.clip(np.minimum(times, end - times) / EASED, 0.0, 1.0)
+    return inner**4 * (35.0 + inner * (-84.0 + inner * (70.0 - 20.0 * inner)))
+
+
+def _seen(told: np.ndarray, did: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which frequencies the swing holds, and what the axis makes of them; of others, nothing.
+
+    An error of which nothing is known is not counted on to shrink.
+    """
     rates = np.fft.rfft(np.gradient(told)), np.fft.rfft(np.gradient(did))
     size = np.abs(rates[0])
     seen = size > SEEN * size.max()
-    found = np.where(seen, rates[1] / np.where(seen, rates[0], 1.0), 0.0)
-    factor = np.abs(1.0 - update * found)
-    left = float(np.sum(np.abs(factor * error) ** 2))
-    return left, float(factor[seen].max())
+    return seen, np.where(seen, rates[1] / np.where(seen, rates[0], 1.0), 0.0)
 
 
 def lag_of(axis: str, times: np.ndarray, told: np.ndarray, did: np.ndarray) -> Lag:

@@ -184,7 +184,10 @@ def solve(
         task, rig.fidelity, profile, problem, found, base, dense, rings, status,
         binding_limits(found),
     )  # fmt: skip
-    return swing if found.feasible else _without(swing, rig, tell)
+    if found.feasible:
+        return swing
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # trials may run away
+        return _without(swing, rig, tell)
 
 
 def _worst_between(

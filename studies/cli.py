@@ -13,9 +13,13 @@ import typer
 from .terminal import (
     DONE,
     INPUT_AT_FAULT,
+    Corner,
     HeldOut,
     Json,
+    LimitsFile,
+    OtherHardware,
     Out,
+    Prices,
     Quiet,
     Records,
     RigFile,
@@ -23,6 +27,7 @@ from .terminal import (
     SensorFile,
     Sensors,
     Session,
+    Told,
     app,
     command,
     finish,
@@ -301,9 +306,8 @@ def profile(
 @command
 def swing(
     task: Annotated[Path, typer.Argument(metavar="TASK", help="What to swing, a TOML file.")],
-    prices: Annotated[
-        bool, typer.Option("--prices", help="Add what less vibration costs: 25 other swings.")
-    ] = False,
+    prices: Prices = False,
+    hardware: OtherHardware = False,
     out: Out = None,
     seed: Seed = 0,
     as_json: Json = False,
@@ -315,9 +319,32 @@ def swing(
 
     session = Session(out, seed, as_json, quiet)
     progress = progress_of(session.talks)
-    result, trusted = swing_task(task, out, seed, progress, prices)
+    result, trusted = swing_task(task, out, seed, progress, prices, hardware)
     progress("")
     finish(replace(session, out=None), result, "swing.json", show_swing, trusted)
+
+
+@command
+def lag(
+    wanted: Annotated[
+        Path, typer.Argument(metavar="WANTED", help="The profile.pod that the robot should follow.")
+    ],
+    feedback: Annotated[
+        Path, typer.Argument(metavar="FEEDBACK", help="What its axes did: a table, or a record.")
+    ],
+    told: Told = None,
+    limits: LimitsFile = None,
+    corner: Corner = None,
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Take a robot's own lag out of a swing, by its feedback: what to play next; corner in [Hz]."""
+    from .lag import lag_files, show_lag
+
+    result, trusted = lag_files(wanted, feedback, told, limits, corner, out, seed)
+    finish(Session(None, seed, as_json, quiet), result, "lag.json", show_lag, trusted)
 
 
 @study_app.callback(invoke_without_command=True)

@@ -66,32 +66,48 @@ GOLFERS = (
 """Six ways to swing, around the full swing that the studies of the thesis make up."""
 
 
-def swing_of(golfer: Golfer) -> tuple[Drive, np.ndarray, tuple[float, float]]:
-    """The drive of arm and wrist, its samples [s], and the window that counts [s].
+def instants_of(golfer: Golfer) -> tuple[float, float, float, float]:
+    """When a swing begins, is at its top, meets the ball and ends [s]."""
+    begin = 0.2
+    return begin, begin + 0.65 * golfer.tempo, begin + golfer.tempo, begin + 1.5 * golfer.tempo
 
-    The joints follow quintics through top, ball and follow-through, as in the studies of the
-    thesis; the ball pushes back for 0.5 ms.
+
+def angles_of(golfer: Golfer, times: np.ndarray) -> dict[str, np.ndarray]:
+    """Arm and wrist of a swing: quintics through top, ball and follow-through.
+
+    Args:
+        golfer: how it swings.
+        times: any instants; at rest before the beginning and after the end, shape (t,) [s].
+
+    Returns:
+        By joint, shape (t,) [rad].
     """
-    from dataclasses import replace
-
     from scipy.interpolate import BPoly
 
-    from ..model.drives import impact
-    from .thesis.runs import driven
-
-    begin, top = 0.2, 0.2 + 0.65 * golfer.tempo
-    ball, end = 0.2 + golfer.tempo, 0.2 + 1.5 * golfer.tempo
-    joints = {}
-    fine = np.arange(round(end / 0.02) + 2) * 0.02
+    instants, found = instants_of(golfer), {}
     for joint, far, speed in (
         ("arm", golfer.arm, golfer.arm_speed),
         ("wrist", golfer.wrist, golfer.wrist_speed),
     ):
         angles = ((0.0, 0.0), (-far, 0.0), (0.0, speed), (far, 0.0))
-        curve = BPoly.from_derivatives(
-            [begin, top, ball, end], [(angle, rate, 0.0) for angle, rate in angles]
-        )
-        joints[joint] = fine, curve(np.clip(fine, begin, end))
+        curve = BPoly.from_derivatives(instants, [(angle, rate, 0.0) for angle, rate in angles])
+        found[joint] = curve(np.clip(times, instants[0], instants[-1]))
+    return found
+
+
+def swing_of(golfer: Golfer) -> tuple[Drive, np.ndarray, tuple[float, float]]:
+    """The drive of arm and wrist, its samples [s], and the window that counts [s].
+
+    The joints move as in the studies of the thesis; the ball pushes back for 0.5 ms.
+    """
+    from dataclasses import replace
+
+    from ..model.drives import impact
+    from .thesis.runs import driven
+
+    _, _, ball, end = instants_of(golfer)
+    fine = np.arange(round(end / 0.02) + 2) * 0.02
+    joints = {joint: (fine, angles) for joint, angles in angles_of(golfer, fine).items()}
     last = np.ceil((ball + AFTER) * RATE) / RATE
     motion = driven(last, **joints)
     times = np.arange(round(last * RATE)) / RATE

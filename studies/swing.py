@@ -25,6 +25,7 @@ def swing_task(
     seed: int = 0,
     tell: Tell = lambda text: None,
     prices: bool = False,
+    hardware: bool = False,
 ) -> tuple[dict[str, Any], bool]:
     """Finds the swing of a task, writes its files, and checks the file that the robot reads.
 
@@ -35,6 +36,7 @@ def swing_task(
         seed: kept in the provenance; nothing here is drawn by chance.
         tell: told what is being done.
         prices: whether to add a price list: swings for other weights and times to stop.
+        hardware: whether to add what another wrist or collet would change.
 
     Returns:
         What ``swing.json`` holds, and whether the swing can be trusted.
@@ -63,6 +65,9 @@ def swing_task(
     result["provenance"] = _provenance(task, rig, seed, began, seconds)
     if prices and swing.status == "solved":
         result["prices"] = _prices(swing.task, rig, golfer, tell)
+    if hardware and swing.status == "solved":
+        tell("what other hardware would change")
+        result["hardware"] = _hardware(swing, rig)
     classics = [] if out is None or verdict is None else _classics(swing.task, rig, tell)
     _write(result, (verdict, classics), texts, out)
     return result, swing.status == "solved" and verdict is not None and verdict.passed
@@ -80,6 +85,25 @@ def _prices(task: SwingTask, rig: Rig, golfer: Any, tell: Tell) -> list[dict[str
         row = asdict(one)
         listed.append(row | {"ring": one.ring if isfinite(one.ring) else None})
     return listed
+
+
+def _hardware(swing: Swing, rig: Rig) -> dict[str, Any]:
+    """What the best swing would cost on hardware that is a little other, as JSON holds it."""
+    from ..optimize.hardware import NAMES, slopes
+
+    by = slopes(swing.problem, swing.found, rig, NAMES)
+    parts, whole = swing.found.parts, swing.found.cost
+    return {
+        "optimality_missed": by.left,
+        "slopes": [
+            {
+                "parameter": name, "value": float(rig.parameters[name].value),
+                "unit": rig.parameters[name].unit, "cost": by.cost[name] / whole,
+                "vibration": by.vibration[name] / parts["vibration"],
+            }
+            for name in NAMES
+        ],
+    }  # fmt: skip
 
 
 def _check_rig(rig: Rig) -> None:
@@ -338,6 +362,12 @@ def show_swing(result: Mapping[str, Any]) -> None:
         share, value, bound = (f"{use[key]:.4g}" for key in ("ratio", "value", "limit"))
         table.add_row(f"{use['axis']} {use['quantity']}", share, when, value, bound, use["unit"])
     console.print(table)
+    for one in result.get("hardware", {}).get("slopes", ()):
+        name = one["parameter"].replace("_", " ")
+        console.print(
+            f"A {name} 1 % higher, with its own best swing: cost {one['cost']:+.2g} %, "
+            f"vibration {one['vibration']:+.2g} %."
+        )
     for failure in result["check"]["failures"]:
         console.print(f"! {failure[0].upper()}{failure[1:]}.")
     if result["check"].get("doubt"):

@@ -16,6 +16,7 @@ from .swing_figures import (
     residual_figure,
 )
 from .swing_film import SLOWER, film
+from .words import unit_words
 
 if TYPE_CHECKING:
     from ..optimize.classic import Classic
@@ -57,7 +58,7 @@ def _sections(
     if verdict is not None:
         found += [_film(verdict), _impact(result), _motors(result, verdict), _club(verdict)]
         found += [_residual(result, verdict, classics)]
-    found += [_binding(result), _price(result), _prices(result)]
+    found += [_binding(result), _price(result), _prices(result), _hardware(result)]
     return found
 
 
@@ -201,3 +202,23 @@ def _prices(result: Mapping[str, Any]) -> dict[str, Any] | None:
     head = ["duration", "worst ring", "vibration", "rms jerk", "peak acceleration", "peak torque"]
     figure = _drawn(price_figure(listed), "Price list", caption)
     return _section("What less vibration costs", words, drawn=[figure], head=head, rows=rows)
+
+
+def _hardware(result: Mapping[str, Any]) -> dict[str, Any] | None:
+    """What a wrist or a collet that is a little other would change."""
+    told = result.get("hardware")
+    if not told:
+        return None
+    rows = [
+        [
+            one["parameter"].replace("_", " "), f"{one['value']:.4g} {unit_words(one['unit'])}",
+            f"{one['cost']:+.2g} %", f"{one['vibration']:+.2g} %",
+        ]
+        for one in told["slopes"]
+    ]  # fmt: skip
+    words = (
+        "By how much the best swing's cost and its vibration would change with one percent more "
+        "of each, the swing being the best one for it: `supple study run best_hardware` goes on."
+    )
+    head = ["one percent more of", "now", "cost", "vibration"]
+    return _section("What other hardware would change", words, head=head, rows=rows, left=2)

@@ -44,6 +44,24 @@ HeldOut = Annotated[
     list[Path] | None,
     typer.Option("--held-out", metavar="RECORD", help="A record never to be fitted; repeatable."),
 ]
+Told = Annotated[
+    Path | None,
+    typer.Option("--told", metavar="PROFILE", help="What it played, from the second round on."),
+]
+LimitsFile = Annotated[
+    Path | None,
+    typer.Option("--limits", metavar="FILE", help="A file with [limits], such as the task."),
+]
+Corner = Annotated[
+    float | None,
+    typer.Option("--corner", metavar="HZ", help="Up to where the lag is taken out; by default 25."),
+]
+Prices = Annotated[
+    bool, typer.Option("--prices", help="Add what less vibration costs: 25 other swings.")
+]
+OtherHardware = Annotated[
+    bool, typer.Option("--hardware", help="Add what another wrist or collet would change.")
+]
 Out = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Folder for the results; made if new.")
 ]

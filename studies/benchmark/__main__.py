@@ -20,6 +20,7 @@ def main(words: Sequence[str] | None = None) -> None:
         "planar": _planar,
         "optimal": _optimal,
         "fits": _fits,
+        "peers": _peers,
         "first": _first,
     }
     parser = ArgumentParser("python -m supple.studies.benchmark", description=__doc__)
@@ -104,6 +105,23 @@ def _fits() -> None:
         words = f"times the effective samples a second of {name} over solve_ivp"
         told(words, race.ours / theirs, GOALS[name], most=False)
     print(f"  {race.ours:.0f} a second; one likelihood by solve_ivp takes {race.likelihood:.2f} s")
+
+
+def _peers() -> None:
+    from .swing_peers import GOAL, beside
+
+    print("The linear optimal swing from nothing, as its peers' users write it; wall time")
+    found = beside()
+    for one in found:
+        told = f"{one.theirs.words}, {one.theirs.seconds:.2f} s, cost {one.theirs.cost:.6g}"
+        print(f"  {one.peer}: {told}")
+        same = "the same or less" if one.is_equal else "HIGHER"
+        told = f"{one.seconds:.2f} s, cost {one.cost:.6g}, {same}"
+        print(f"    supple, {one.splines} splines: {told}")
+        met = _met(one.is_equal and one.ratio >= GOAL)
+        print(f"    {_figure(one.ratio)} times less time (goal {GOAL:g}: {met})")
+    if len(found) < 2:
+        print("  rockit or dymos is not installed: pip install '.[bench]'")
 
 
 def _goals(rows: list[Row], goals: Mapping[str, float]) -> None:

@@ -278,3 +278,17 @@ def test_whole_outputs_hold_the_joints_as_states():
     for index, joint in enumerate(drive.joints):
         own = states[:, 8 + 2 * index : 10 + 2 * index]
         np.testing.assert_allclose(own, joint.at(TIMES)[:, :2], atol=1e-11)
+
+
+def test_a_drive_that_jumps_at_nearly_every_sample_moves_as_on_a_finer_clock():
+    """Dense jumps are carried in short blocks, others in long ones: two roads to one motion."""
+    points = np.linspace(0.0, 0.8, 161)
+    angle = through("wrist", points.tolist(), np.sin(7 * points).tolist(), 0.8)
+    drive = Drive(BLOW.port, BLOW.edges, BLOW.levels, joints=(angle,))
+    coarse, fine = np.arange(401) / 400, np.arange(16 * 400 + 1) / 6400
+    told = [
+        np.asarray(respond(Robot("driven_wrist"), SOFT, drive, times, SEEN).samples)
+        for times in (coarse, fine)
+    ]
+    size = np.abs(told[1]).max(axis=0)
+    assert np.all(np.abs(told[0] - told[1][::16]) < 1e-9 * size)

@@ -36,11 +36,17 @@ def test_what_limits_forbid_ends_in_3_and_leaves_no_profile(tmp_path):
     assert not (out / "profile.pod").exists()
 
 
-def test_a_price_list_is_added_where_it_is_asked_for(tmp_path):
+def test_prices_and_other_hardware_are_added_where_they_are_asked_for(tmp_path):
     out = tmp_path / "out"
     path = write_task(tmp_path, points=201)
-    assert main(["swing", str(path), "--prices", "--out", str(out), "--quiet"]) == 0
-    prices = json.loads((out / "swing.json").read_text())["prices"]
+    words = ["swing", str(path), "--prices", "--hardware", "--out", str(out), "--quiet"]
+    assert main(words) == 0
+    told = json.loads((out / "swing.json").read_text())
+    prices, hardware = told["prices"], told["hardware"]
+    assert hardware["optimality_missed"] < 1e-3
+    slopes = {one["parameter"]: one for one in hardware["slopes"]}
+    assert slopes["wrist_stiffness"]["unit"] == "N m/rad" and slopes["wrist_stiffness"]["cost"] < 0
+    assert "What other hardware would change" in (out / "report.html").read_text()
     assert len(prices) == 25 and sum(one["feasible"] for one in prices) >= 20
     assert any(one["efficient"] for one in prices)
     assert "What less vibration costs" in (out / "report.html").read_text()

@@ -2,6 +2,7 @@
 
 import pytest
 
+from supple.studies import swing_goals
 from supple.studies.study import Call, study_named
 
 
@@ -30,3 +31,36 @@ def test_feed_forward_follows_where_subtraction_does_not(tmp_path):
         else:
             assert one["impact_degrees"] is None or one["window_degrees"] > 1.0
     assert "exact following is impossible" in (tmp_path / "feed_forward.md").read_text()
+
+
+KEPT = {
+    "fidelity": "thesis", "shaft": "free", "in_all": False, "speed_error": 0.001,
+    "pose_error": 0.001, "limit_ratio": 1.0, "pose_spread": [-2.0, 3.0], "share": 0.004,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({}, []),
+        ({"speed_error": -0.02}, ["speed"]),
+        ({"pose_error": 0.006}, ["pose"]),
+        ({"limit_ratio": 1.002}, ["limits"]),
+        ({"in_all": True}, ["pose in all"]),
+        ({"share": 0.02}, ["ring"]),
+        ({"share": 0.02, "shaft": "0.30 / 0.45 m"}, []),
+        ({"share": None, "speed_error": float("nan")}, ["speed"]),
+    ],
+)
+def test_a_goal_that_is_missed_is_named(changed, words):
+    assert swing_goals.missed({**KEPT, **changed}) == words
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fidelity", ["thesis", "planar"])
+@pytest.mark.filterwarnings("ignore:.*encountered.*:RuntimeWarning")
+def test_the_optimal_swing_keeps_its_goals(fidelity):
+    own = tuple(case for case in swing_goals.CASES if case.fidelity == fidelity)
+    found = swing_goals.find(Call(), own)
+    assert [row["missed"] for row in found.rows] == [[] for _ in own]
+    assert found.sentences[0].startswith(f"{len(own)} of {len(own)} ")
