@@ -115,11 +115,12 @@ def _peers() -> None:
     for one in found:
         told = f"{one.theirs.words}, {one.theirs.seconds:.2f} s, cost {one.theirs.cost:.6g}"
         print(f"  {one.peer}: {told}")
-        same = "the same or less" if one.is_equal else "HIGHER"
+        same = "at most 1 % more" if one.is_equal else "HIGHER"
         told = f"{one.seconds:.2f} s, cost {one.cost:.6g}, {same}"
         print(f"    supple, {one.splines} splines: {told}")
-        met = _met(one.is_equal and one.ratio >= GOAL)
-        print(f"    {_figure(one.ratio)} times less time (goal {GOAL:g}: {met})")
+        goal = f"goal {GOAL:g}: {_met(one.is_equal and one.ratio >= GOAL)}"
+        goal = "no equal: what it found is worth little" if one.is_unusable else goal
+        print(f"    {_figure(one.ratio)} times less time ({goal})")
     if len(found) < 2:
         print("  rockit or dymos is not installed: pip install '.[bench]'")
 

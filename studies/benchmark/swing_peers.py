@@ -23,6 +23,9 @@ GOAL = 20.0
 ALIKE = 0.01
 """Share of a peer's cost by which ours may be higher and count as equal [-]."""
 
+FAR = 2.0
+"""Times our cost beyond which a peer's swing is another one [-]."""
+
 SPEED = 30.0
 """Of the clubhead, at which limits leave room and peers settle within minutes [m/s]."""
 
@@ -55,8 +58,13 @@ class Beside:
 
     @property
     def is_equal(self) -> bool:
-        """Whether our cost is not above theirs."""
+        """Whether our cost is not above theirs by more than `ALIKE`."""
         return self.cost <= (1.0 + ALIKE) * self.theirs.cost
+
+    @property
+    def is_unusable(self) -> bool:
+        """Whether what the peer found costs so much that no time can be held against ours."""
+        return self.theirs.cost > FAR * self.cost
 
 
 def beside() -> list[Beside]:
