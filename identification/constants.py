@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .clamped import clamped_json
 from .evidence import excess
 from .fit import Fit
 from .identifiable import identifiability
@@ -57,6 +58,7 @@ def fit_json(fit: Fit, provenance: Mapping[str, Any]) -> dict[str, Any]:
             for (record, channel), misfit in fit.misfits.items()
         },
         "nuisances": nuisances_json(fit),
+        "clamped": clamped_json(fit),
         "records": [
             {
                 "name": p.name,

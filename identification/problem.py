@@ -22,6 +22,7 @@ from .free import Entry, day_entries, drive_entries, nuisance_entries, rig_entri
 from .noise import Noise, Trust, trust_of
 from .prepare import Prepared, Sensor, opening, prepare_all
 from .records import Record
+from .shaft_form import with_shaft_form
 
 LANES = 8
 """Directions of a Jacobian are padded to a multiple of this, so that few shapes are compiled."""
@@ -90,6 +91,7 @@ def make_problem(records: Sequence[Record], rig: Rig) -> Problem:
     Raises:
         ValueError: in the words of the door that a record or the rig fails.
     """
+    rig = with_shaft_form(rig, records)
     mechanism = mechanism_of(rig)
     numbers = {name: number.value for name, number in rig.parameters.items()}
     return Problem(rig, mechanism, prepare_all(records, mechanism, numbers))

@@ -7,6 +7,7 @@ from .door import fault
 from .linear import Mechanism
 from .rig import Rig
 from .robot import INCLINATION, PARAMETERS, Robot
+from .shaft_form import NAMES as SHAFT_FORM
 
 
 def mechanism_of(rig: Rig, planar: bool = False) -> Mechanism:
@@ -42,6 +43,11 @@ def mechanism_of(rig: Rig, planar: bool = False) -> Mechanism:
         expected = "fidelity = 'planar', the only one with weight"
         mend = "write that under [rig], or remove this number"
         raise fault(rig.path, f"[parameters] {INCLINATION}", expected, "'thesis'", mend)
+    for name in SHAFT_FORM:
+        if rig.fidelity != "thesis" and name in rig.parameters:
+            mend = "remove this number: the planar robot's shaft is a lumped one"
+            expected = "fidelity = 'thesis' beside it"
+            raise fault(rig.path, f"[parameters] {name}", expected, f"'{rig.fidelity}'", mend)
     _check_numbers(rig)
     return Robot(rig.model, tuple(name for name in PARAMETERS if name in rig.parameters))
 

@@ -14,6 +14,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 from .door import fault, nearest, one_of, read_toml, rule, shown, toml_text, validated, write_beside
 from .parameters import Parameter
 from .robot import MODELS, PARAMETERS, PLACES, PRESETS
+from .shaft_form import NAMES as SHAFT_FORM
 
 DEFAULT_PRESET = "robo_v"
 CHAIN_PLACES = ("ground", "base")
@@ -314,7 +315,7 @@ def _chain_default(section: str, name: str, what: str, units: Mapping[str, str])
 def _parameter(place: str, entry: _Entry, default: Parameter, path: Path) -> Parameter:
     """A parameter of the file over its defaults, with its bounds checked."""
     unit = default.unit
-    positive = unit in ("kg", "kg m^2")
+    positive = unit in ("kg", "kg m^2") and default.name not in SHAFT_FORM  # of which none will do
     low, high = _bounds(place, entry, default, path)
     if positive and entry.value <= 0:
         mend = f"write a number above zero in {unit}"

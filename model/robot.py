@@ -10,6 +10,7 @@ from typing import Any
 from . import swung
 from .energies import Rows
 from .parameters import Parameter
+from .shaft_form import NAMES as _FORM, NUMBERS as _FORMS, along, carried, gauged
 
 MODELS = (
     "fixed_collet",
@@ -81,13 +82,13 @@ _PLANE = Parameter(
     source="a horizontal plane",
 )
 
-PARAMETERS: dict[str, Parameter] = {parameter.name: parameter for parameter in (*_ALL, _PLANE)}
+PARAMETERS: dict[str, Parameter] = {number.name: number for number in (*_ALL, *_FORMS, _PLANE)}
 """Every number a robot's rig may name, with unit, default bounds and meaning."""
 
 _ROBO_V = {
     name: parameter.value
     for name, parameter in PARAMETERS.items()
-    if not name.endswith(("_upper", "_lower")) and name != INCLINATION
+    if not name.endswith(("_upper", "_lower")) and name not in (INCLINATION, *_FORM)
 }
 
 PRESETS: dict[str, dict[str, float]] = {
@@ -122,6 +123,8 @@ class Robot:
     passive_wrist  the wrist's spring, to an arm whose angle is prescribed              40
     driven_arm     the wrist's spring, to the sum of prescribed arm and wrist angles    41
     ============== ==================================================================== =========
+
+    Where `shaft_mass` or `grip_bending` are named, the shaft is a real one, see `shaft_form`.
 
     Where an arm turns, the wrist's pivot moves by ``arm_length`` times its angle, and every mass
     is carried along (the thesis's eq. 40 and 41 carry the collet's alone).
@@ -267,7 +270,7 @@ class Robot:
         on_arm, turned = "arm" in self.grounds, place in ("collet", "wrist", "hand")
         pivot = moving * p["arm_length"] if on_arm else 0.0
         if quantity in ("strain", "deflection") and place in ("shaft", "clubhead"):
-            scale = STRAIN_PER_BEND if quantity == "strain" else 1.0
+            scale = (STRAIN_PER_BEND if quantity == "strain" else 1.0) * gauged(p)
             row = self._row([0.0, -scale, -scale * point.lever, scale], p)
         elif place == "clubhead":
             row = self._row([moving * point.head, 0.0, 0.0, 1.0], p, pivot)
@@ -296,8 +299,10 @@ class Robot:
         bodies = [
             (self._row([point.grip, 1.0, 0.0, 0.0], p, pivot), p["grip_mass"]),
             (self._row([1.0, 0.0, 1.0, 0.0], p), p["grip_inertia"]),
-            (self._row([point.head, 0.0, 0.0, 1.0], p, pivot), p["clubhead_mass"]),
+            (self._row([point.head, 0.0, 0.0, 1.0], p, pivot), p["clubhead_mass"] - carried(p)),
         ]
+        for away, row, mass in along(p, point.lever):
+            bodies.append((self._row([point.grip + away, *row], p, pivot), mass))
         if "arm" in self.grounds:
             mass, center = p["collet_mass"], p["collet_centre"]
             bodies.append((self._row([center, 0.0, 0.0, 0.0], p, pivot), mass))

@@ -107,7 +107,7 @@ def extended_rig(found: Diagnosis, rig: Rig) -> Rig:
     values = {e.keys[0]: fit.value(i) for i, e in enumerate(fit.model.entries) if not e.record}
     numbers = {
         name: number.at(values[name]) if name in values and number.varies else number
-        for name, number in rig.parameters.items()
+        for name, number in fit.problem.rig.parameters.items()
     }
     laws = []
     for trial in found.accepted:

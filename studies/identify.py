@@ -80,7 +80,7 @@ def identify_records(
     values = {e.keys[0]: fit.value(i) for i, e in enumerate(fit.model.entries) if not e.record}
     numbers = {
         name: number.at(values[name]) if name in values and number.varies else number
-        for name, number in inputs.rig.parameters.items()
+        for name, number in problem.rig.parameters.items()
     }
     fitted = replace(inputs.rig, parameters=numbers)
 
@@ -139,6 +139,11 @@ def show_fit(result: Mapping[str, Any]) -> None:
         show_modes(result["modes"])
     for remark in result.get("preflight", []):
         console.print(f"! {remark['text']}")
+    if result.get("clamped"):
+        from ..identification.clamped import clamped_words
+
+        for said in clamped_words(result["clamped"]):
+            console.print(said)
     console.print(result["sentence"])
     console.print(f"{result['status']} Noise: {result['noise']['law']}.")
     if "posterior" in result:

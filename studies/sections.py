@@ -76,6 +76,7 @@ def fit_sections(fit: Mapping[str, Any], views: Sequence["RecordView"]) -> list[
         _records("Measured against simulated", views),
         _structure(views),
         _backbones(views),
+        _clamped(fit.get("clamped") or {}),
         _nuisances(fit.get("nuisances") or {}),
         _noise(fit.get("noise") or {}),
         _provenance(fit),
@@ -255,6 +256,25 @@ def _nuisances(nuisances: Mapping[str, Mapping[str, Any]]) -> dict[str, Any] | N
     words = "What had to be estimated with the constants, and how well it was known before."
     head = ["nuisance", "unit", "estimate", "tolerance"]
     return _section("Nuisances", words, head=head, rows=rows, left=2)
+
+
+def _clamped(told: Mapping[str, Mapping[str, Any]]) -> dict[str, Any] | None:
+    if not told:
+        return None
+    from ..identification.clamped import clamped_words
+
+    rows = [
+        [
+            bench.replace("_", " "),
+            name.replace("_", " "),
+            unit_words(one["unit"]),
+            pair_words(one["value"], one["std"]),
+        ]
+        for bench, table in told.items()
+        for name, one in table.items()
+    ]
+    head = ["bench", "first mode and pull at the head", "unit", "estimate"]
+    return _section("The club on a bench", *clamped_words(told), head=head, rows=rows, left=3)
 
 
 def _confusable(diagnosis: Mapping[str, Any]) -> dict[str, Any] | None:

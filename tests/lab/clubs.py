@@ -140,6 +140,18 @@ def clamped_check(club: Club) -> tuple[float, float]:
     return float(pull), float(np.sqrt(squares.real.min()) / (2 * np.pi))
 
 
+def collet_held(club: Club) -> dict[str, float]:
+    """First frequency [Hz], damping ratio and static stiffness at the head [N/m], the collet held.
+
+    These any club has, whatever it is made of.
+    """
+    structure = replace(club, model="fixed_collet").structure()
+    row = structure.points["clubhead"]
+    tones, ratios = structure.poles()
+    pull = 1 / float(row @ np.linalg.solve(structure.stiffness, row))
+    return {"frequency": float(tones[0]), "damping_ratio": float(ratios[0]), "stiffness": pull}
+
+
 def _gauges(rng: np.random.Generator, model: str) -> tuple[Gauge, ...]:
     def errors(tolerance: Mapping[str, float]) -> dict[str, float]:
         return {

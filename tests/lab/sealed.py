@@ -11,7 +11,16 @@ import numpy as np
 
 from . import noise as noises
 from .causes import ALSO, CAUSES, WEAKEST, Hidden, draw_cause, possible
-from .clubs import COUNT, MODELS, Club, as_lumped, club_rig_tables, draw_scattered_club, in_file
+from .clubs import (
+    COUNT,
+    MODELS,
+    Club,
+    as_lumped,
+    club_rig_tables,
+    collet_held,
+    draw_scattered_club,
+    in_file,
+)
 from .files import toml_table, write_rig
 from .gauges import Gauge, clock
 from .power import power
@@ -166,6 +175,7 @@ def _write(out: Path, club: Club, runs, motions, hidden, told, rng, facts) -> di
     truth = {**facts, "causes": [_facts(cause) for cause in hidden]}
     truth["constants"] = {name: float(value) for name, value in club.truth.items()}
     truth["lumped"] = {name: float(value) for name, value in as_lumped(club).items()}
+    truth["collet_held"] = collet_held(club)
     truth["records"] = [
         {"name": run.name, "kind": run.kind, "split": run.split, "amplitude": run.amplitude}
         | {"noise_std": {name: float(value) for name, value in std.items()}}

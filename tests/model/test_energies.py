@@ -16,6 +16,7 @@ from supple.model.energies import (
 )
 from supple.model.linear import Port, state_space
 from supple.model.robot import PARAMETERS, PRESETS, Robot
+from supple.model.shaft_form import NAMES as SHAFT_FORM
 from tests.reference.thesis_models import (
     Club,
     equation_11,
@@ -24,7 +25,7 @@ from tests.reference.thesis_models import (
 )
 
 SPLIT = ("sleeve_stiffness", "sleeve_damping")
-NAMES = tuple(name for name in PARAMETERS if name not in SPLIT)
+NAMES = tuple(name for name in PARAMETERS if name not in (*SPLIT, *SHAFT_FORM))
 FIXED, PINNED = Robot("fixed_collet", NAMES), Robot("pinned_wrist", NAMES)
 LINE = Chain(
     ("a", "b", "c"),
