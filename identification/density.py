@@ -14,6 +14,7 @@ from ..model.delay import shift
 from ..model.linear import Array, make_step
 from ..model.march import space_of
 from ..model.plant import Plant
+from ..model.pushed import is_pushed, pushed
 from ..model.respond import simulate
 from .coast import Coast, CoastData, coasted, eliminated
 from .tails import expanded
@@ -220,6 +221,10 @@ def _responses(kind: Kind, z: Array, data: Data) -> tuple[Array, Array]:
 
 
 def _simulated(kind: Kind, z: Array, data: Data) -> Array:
+    if is_pushed(kind.plant) and not kind.delayed and kind.substeps == 1:
+        moved = pushed(kind.plant, z, data.inputs, data.step)
+        gain, offset = z[kind.plant.slots["gain"]], z[kind.plant.slots["offset"]]
+        return moved * (1.0 + gain[:, None]) + offset[:, None]
     moved = simulate(kind.plant, kind.substeps, z, data.inputs, data.step, data.widths)
     return moved[:, :-1].T
 

@@ -92,7 +92,7 @@ def sample(
     """
     density = log_posterior(fit)
     plan = _checked(plan or Plan(), len(density.unknowns))
-    density = replace(density, batch=plan.walkers)
+    density = replace(density, batch=plan.walkers // 2)  # emcee moves half of them at once
     where = coordinates_of(density, plan.seed)
     told = _fingerprint(fit, density, where, plan)
     chain = read_chain(checkpoint, told) if checkpoint is not None else None

@@ -88,8 +88,17 @@ def offset_mask(plant: Plant) -> Array:
     return jnp.asarray([0.0 if DERIVATIVES.get(p.quantity) == 0 else 1.0 for p in plant.inputs])
 
 
-def _interval_values(plant: Plant, drive: Array, step: Array) -> tuple[Array, Array]:
-    """What each input is at the start and at the end of every interval, in the state's terms."""
+def interval_values(plant: Plant, drive: Array, step: Array) -> tuple[Array, Array]:
+    """What each input is at the start and at the end of every interval, in the state's terms.
+
+    Args:
+        plant: whose inputs they are.
+        drive: at the samples, shape (t, inputs) [SI].
+        step: sampling interval [s].
+
+    Returns:
+        Two of shape (t - 1, inputs) [SI].
+    """
     start, end = [], []
     for index, port in enumerate(plant.inputs):
         now, then = drive[:-1, index], drive[1:, index]
@@ -137,7 +146,7 @@ def march_rows(
     """
     space = acting_space(plant, z, acting)
     drive = inputs + z[plant.slots["drive"]] * offset_mask(plant)
-    first, last = _interval_values(plant, drive, step)
+    first, last = interval_values(plant, drive, step)
     matrices = make_step(space, step / substeps)
     x0 = _begin(plant, z[plant.slots["start"]], inputs)
     law = _Laws(plant, space, acting, z)
