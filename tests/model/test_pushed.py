@@ -1,5 +1,6 @@
 """A chain under forces by blocks of samples reads as it does step by step."""
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -27,9 +28,9 @@ def test_readings_are_those_of_a_march(count):
     z = numbers_vector(plant, NUMBERS)
     z[plant.slots["start"]] = [0.01, -0.02, 0.3, 0.1]
     z[plant.slots["drive"]] = [0.5, -0.2]
-    inputs, step = chance.standard_normal((count, 2)), np.asarray(0.004)
+    inputs, step = jnp.asarray(chance.standard_normal((count, 2))), jnp.asarray(0.004)
     wanted = np.asarray(simulate(plant, 1, z, inputs, step, np.zeros((0, 2))))[:, :-1]
-    found = np.asarray(pushed(plant, z, inputs, step)).T
+    found = np.asarray(pushed(plant, jnp.asarray(z), inputs, step)).T
     np.testing.assert_allclose(found, wanted, atol=1e-11 * np.abs(wanted).max())
 
 
