@@ -38,8 +38,8 @@ GOALS = {"fit": 2.0, "lmfit": 50.0, "emcee": 30.0, "PINTS": 30.0, "posterior": 6
 """Seconds of a fit after it is compiled [s]; how many times lmfit may take; effective samples a
 second over those of emcee and PINTS [-]; seconds of a posterior that passes the gate [s]."""
 
-STEPS, WALKERS, CHAIN = 3000, 40, 20_000
-"""Of emcee's stretch moves, and length of PINTS' chains [-]."""
+STEPS, WALKERS, CHAIN, PHASE = 3000, 40, 20_000, 200
+"""Of emcee's stretch moves, and length of PINTS' chains, and of their first phase [-]."""
 
 
 @dataclass(frozen=True)
@@ -253,7 +253,9 @@ def _pints_memory(density: LogPosterior, constants: list[int]) -> float:
     np.random.seed(4)  # noqa: NPY002  it draws from the global generator
     sampler = pints.HaarioBardenetACMC(density.mean, np.diag(density.covariance))
     rows = []
-    for _ in range(CHAIN):
+    for step in range(CHAIN):
+        if step == PHASE:  # from here on it learns, as PINTS' own controller has it
+            sampler.set_initial_phase(False)
         point = sampler.ask()
         told = sampler.tell(float(density(point)[0]))
         if told is not None:
