@@ -57,7 +57,7 @@ HELD_BACK, STEPPED, LET_GO, MOST_HELD = 0.03, 2.0, 1e-3, 1.0
 """First weight that holds a program near the last one, its factor, what is none, and most [-]."""
 
 SWAYS, SWAYED = 4, 0.3
-"""From which program on a change of this share of the unknowns is held back as a swaying one [-]."""
+"""From which program on, and from what change of the unknowns on, a sway is held back [-]."""
 
 SAME = 0.02
 """Change of what limits would have to be widened by that is none, as a share of it [-]."""
