@@ -281,7 +281,7 @@ def _force_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
                 if law.memory is None:
                     force = slope_at_null(law, stretch, rate, here)
                 else:
-                    force = unit_force(law, shapes, stretch, rate, prepared)
+                    force = unit_force(law, shapes, here, (stretch, rate), prepared)
                 force = force * trial.entry.scale
                 forces[lane, : len(force), starts[place] + row] = force
         seen = np.asarray(
@@ -310,33 +310,55 @@ def slope_at_null(law: Law, stretch: np.ndarray, rate: np.ndarray, place: Place)
 
 
 def unit_force(
-    law: Law, shapes: Sequence[float], stretch: np.ndarray, rate: np.ndarray, prepared: Prepared
+    law: Law,
+    shapes: Sequence[float],
+    place: Place,
+    motion: tuple[np.ndarray, np.ndarray],
+    prepared: Prepared,
 ) -> np.ndarray:
-    """Force of a law that remembers, of strength 1, along a motion, shape (t,) [force/strength]."""
-    longer = (0, len(prepared.inputs) - len(stretch))
-    seen = (np.pad(part, longer, mode="edge") for part in (stretch, rate))
-    force = _along(law, np.asarray(shapes, dtype=float), *seen, prepared.step, prepared.since)
-    return np.asarray(force)[: len(stretch)]
+    """Derivative of the force of a law that remembers by its strength at zero strength.
+
+    Args:
+        law: with a memory.
+        shapes: its further numbers [in their units].
+        place: where it acts.
+        motion: stretch and rate there, each of shape (t,) [m or rad, and a second].
+        prepared: the record.
+
+    Returns:
+        Shape (t,) [force/strength].
+    """
+    longer = (0, len(prepared.inputs) - len(motion[0]))
+    seen = (np.pad(part, longer, mode="edge") for part in motion)
+    known = np.array([*shapes, place.stiffness, place.damping], dtype=float)
+    force = _along(law, known, *seen, prepared.step, prepared.since)
+    return np.asarray(force)[: len(motion[0])]
 
 
 @partial(jax.jit, static_argnums=0)
-def _along(
-    law: Law, shapes: Array, stretch: Array, rate: Array, step: Array, since: Array
-) -> Array:
+def _along(law: Law, known: Array, stretch: Array, rate: Array, step: Array, since: Array) -> Array:
     memory = law.memory
     assert memory is not None
-
-    def advance(carry: tuple[Any, Any, Any], now: tuple[Any, Any]) -> tuple[Any, Any]:
-        remembered, *before = carry
-        remembered = memory.advance(shapes, remembered, before, now, step)
-        return (remembered, *now), memory.force(1.0, shapes, remembered, *now)[0]
-
+    shapes, place = [*known[:-2]], Place(known[-2], known[-1], 0.0, 0.0)
     points = stretch[:, None], rate[:, None]
     first = points[0][0], points[1][0]
-    start = begun(memory, shapes, first, since)
     rest = points[0][1:], points[1][1:]
-    _, forces = jax.lax.scan(advance, (start, *first), rest)
-    return jnp.concatenate([memory.force(1.0, shapes, start, *first), forces])
+
+    def forces(strength: Array) -> Array:
+        told = memory.shapes_at(shapes, strength, place)
+
+        def advance(carry: tuple[Any, Any, Any], now: tuple[Any, Any]) -> tuple[Any, Any]:
+            remembered, *before = carry
+            remembered = memory.advance(told, remembered, before, now, step)
+            return (remembered, *now), memory.force(strength, told, remembered, *now)[0]
+
+        start = begun(memory, told, first, since)
+        _, later = jax.lax.scan(advance, (start, *first), rest)
+        return jnp.concatenate([memory.force(strength, told, start, *first), later])
+
+    if not memory.placed:  # then the force is proportional to the strength
+        return forces(jnp.ones(()))
+    return jax.jvp(forces, (jnp.zeros(()),), (jnp.ones(()),))[1]
 
 
 def _held(fit: Fit) -> tuple[tuple[Entry, float], ...]:

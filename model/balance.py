@@ -26,8 +26,9 @@ def held_force(acting: Acting, stretch: Any, here: Place) -> Any:
     if law.memory is None:
         assert law.force is not None
         return law.force(acting.strength, stretch, rest, here)
-    memory = law.memory.begin(acting.shapes, stretch, rest)
-    return law.memory.force(acting.strength, acting.shapes, memory, stretch, rest)
+    shapes = law.memory.shapes_at(acting.shapes, acting.strength, here)
+    memory = law.memory.begin(shapes, stretch, rest)
+    return law.memory.force(acting.strength, shapes, memory, stretch, rest)
 
 
 def law_equilibrium(

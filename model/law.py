@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -91,6 +91,8 @@ class Memory:
             stretch [N or N m].
         past: ``past(shapes, stretch, rate, since)``: what it remembers a time after a blow or,
             where `since` is below 0, after a release [s]; None where `begin` and `advance` say it.
+        placed: whether shapes are followed by the strength and by the stiffness and damping of
+            the place, on which what it remembers depends.
     """
 
     size: int
@@ -98,6 +100,13 @@ class Memory:
     advance: Callable[..., Any]
     force: Callable[..., Any]
     past: Callable[..., Any] | None = None
+    placed: bool = False
+
+    def shapes_at(self, shapes: Sequence[Any], strength: Any, place: Place) -> Sequence[Any]:
+        """Shapes [in their units] as its functions want them, at a strength and a place."""
+        if not self.placed:
+            return shapes
+        return [*shapes, strength, place.stiffness, place.damping]
 
 
 @dataclass(frozen=True)
@@ -121,7 +130,8 @@ class Law:
     Attributes:
         name: the contract's name.
         kind: where it acts: ``link``, ``mass`` (of a chain), ``head`` (a robot's clubhead, in the
-            open), ``body`` (what carries other things), ``swung`` (all that a told motion swings),
+            open), ``body`` (what carries other things), ``support`` (what all is clamped in),
+            ``swung`` (all that a told motion swings),
             ``arm`` (one that is told to move), ``spun`` (what it pulls outwards), ``reading``
             (a measured channel), ``response`` (the same, where something drives the record),
             ``channel`` (a measured channel or a drive's), ``axis`` (an accelerometer), ``load``

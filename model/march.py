@@ -217,7 +217,7 @@ class _Laws:
         self.told: list[tuple[Law, Array]] = []
         self.lasting: list[tuple[Law, Memory, Array, list[Array]]] = []
         at = 0
-        for law in laws_of(plant.mechanism):
+        for law in laws_of(plant):
             strength, at = acting.strengths[at], at + 1
             given, at = acting.strengths[at : at + len(law.shapes)], at + len(law.shapes)
             if law in self.swings:
@@ -226,6 +226,7 @@ class _Laws:
                 self.plain.append((law, strength))
             else:
                 shapes = [jnp.where(shape > 0, shape, 1.0) for shape in given]
+                shapes = [*law.memory.shapes_at(shapes, strength, self.place)]
                 self.lasting.append((law, law.memory, strength, shapes))
 
     def force(self, stretch: Array, rate: Array) -> Array:

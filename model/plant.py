@@ -12,6 +12,9 @@ from .chain import DERIVATIVES
 from .law import Law, force_laws
 from .linear import Array, Mechanism, Port, moved_grounds
 
+SUPPORT = "support"
+"""Kind of the place in which all is clamped [-]."""
+
 
 @dataclass(frozen=True)
 class Plant:
@@ -27,12 +30,15 @@ class Plant:
         inputs: ports of the sampled inputs.
         sensors: ports of the sensors.
         law_places: places with laws; every law that fits a place has a slot there, null at 0.
+        supported: whether laws of the support are in its program though no such place is named:
+            they are compiled in only where they act, for all others would wait for them.
     """
 
     mechanism: Mechanism
     inputs: tuple[Port, ...]
     sensors: tuple[Port, ...]
     law_places: tuple[str, ...] = ()
+    supported: bool = False
 
     @cached_property
     def laws(self) -> tuple[tuple[str, Law], ...]:
@@ -114,7 +120,9 @@ class Plant:
     @cached_property
     def bare(self) -> Plant:
         """The same plant without law places."""
-        return replace(self, law_places=())
+        kinds = self.mechanism.law_places()
+        supported = any(kinds[place] == SUPPORT for place in self.law_places)
+        return replace(self, law_places=(), supported=self.supported or supported)
 
     @cached_property
     def rows(self) -> int:
@@ -152,11 +160,21 @@ class Wiring:
         return 1.0 - self.select.sum(axis=1)
 
 
+def laws_of(plant: Plant) -> tuple[Law, ...]:
+    """Every law that fits any place of a plant's mechanism by a force, each once.
+
+    Those of a support are among them only where the plant has one.
+    """
+    return mechanism_laws(plant.mechanism, plant.bare.supported)
+
+
 @cache
-def laws_of(mechanism: Mechanism) -> tuple[Law, ...]:
-    """Every law that fits any place of a mechanism by a force, each once."""
+def mechanism_laws(mechanism: Mechanism, supported: bool = False) -> tuple[Law, ...]:
+    """`laws_of` a plant of this mechanism."""
     found: dict[str, Law] = {}
     for place, kind in mechanism.law_places().items():
+        if kind == SUPPORT and not supported:
+            continue
         found |= {law.name: law for law in force_laws(kind, mechanism.turns(place))}
     return tuple(found.values())
 
@@ -171,7 +189,7 @@ def _wire(plant: Plant) -> Wiring:
     mechanism = plant.mechanism
     names = [
         (law.name, symbol)
-        for law in laws_of(mechanism)
+        for law in laws_of(plant)
         for symbol in ("", *(shape.symbol for shape in law.shapes))
     ]
     everywhere = list(mechanism.law_places())

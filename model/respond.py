@@ -45,7 +45,7 @@ def _swung(bare: Plant, z: Array, acting: ActingRows, states: Array, drive: Arra
     """What the laws of a told motion add to the sensors, shape (t, sensors) [SI]."""
     numbers, at, found = bare.numbers(z), 0, {}
     first = acting.select @ swung_rows(bare.mechanism, numbers).first
-    for law in laws_of(bare.mechanism):
+    for law in laws_of(bare):
         if law in swings_of(bare.mechanism):
             found[law.name] = acting.strengths[at] @ first
         at += 1 + len(law.shapes)

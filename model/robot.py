@@ -168,7 +168,8 @@ class Robot:
     def law_places(self) -> dict[str, str]:
         """Where a law can act: sleeve, shaft, wrist and collet where there is one, and clubhead.
 
-        Where joints are told, also the arm, if it is one of them, and what is swung.
+        Also the base on which the collet's pivot stands; where joints are told, the arm, if it is
+        one of them, and what is swung.
         """
         swings = {
             place: kind
@@ -178,7 +179,7 @@ class Robot:
         bodies = {"clubhead": "head"}
         if self.model != "fixed_collet":
             bodies["collet"] = "body"
-        return dict.fromkeys(self.springs, "link") | bodies | swings
+        return dict.fromkeys(self.springs, "link") | bodies | {"base": "support"} | swings
 
     def rows(self, p: Mapping[str, Any], xp: Any = None) -> Rows:
         """Rows of the energies; the last columns are the prescribed angles, see `grounds`.
@@ -206,8 +207,9 @@ class Robot:
         """Stretch rows of a place with the stiffness and damping that sit there.
 
         Args:
-            place: sleeve (two rows, one a set of two elements), shaft, wrist, a body (its motion
-                against the ground) or what is swung.
+            place: sleeve (two rows, one a set of two elements), shaft, wrist, base (the mean of
+                the sleeve's rows with all their stiffness: through them it carries the club), a
+                body (its motion against the ground) or what is swung.
             p: the robot's numbers by contract name [SI].
             xp: array namespace.
 
@@ -222,12 +224,15 @@ class Robot:
         if place in ("clubhead", "collet"):
             row = self.sensor_row(place, _OWN[place], "absolute", p, xp)
             return row[None], xp.zeros(1), xp.zeros(1)
-        here = [spring for spring in self._springs(p) if spring[0] == place]
-        return (
-            xp.asarray([row for _, row, _, _ in here]),
-            xp.asarray([k for _, _, k, _ in here]),
-            xp.asarray([c for _, _, _, c in here]),
-        )
+        own = "sleeve" if place == "base" else place
+        here = [spring for spring in self._springs(p) if spring[0] == own]
+        rows = xp.asarray([row for _, row, _, _ in here])
+        stiffness = xp.asarray([k for _, _, k, _ in here])
+        damping = xp.asarray([c for _, _, _, c in here])
+        if place != "base":
+            return rows, stiffness, damping
+        mean = (stiffness / xp.sum(stiffness)) @ rows
+        return mean[None], xp.sum(stiffness)[None], xp.sum(damping)[None]
 
     def push_rows(self, place: str, p: Mapping[str, Any], xp: Any = None) -> Any:
         """Generalized forces of unit forces in a place's rows, shape (m, coordinates) [1 or m].

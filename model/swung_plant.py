@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from . import swung
 from .law import Law
 from .linear import Array, Mechanism, moved_grounds
-from .plant import Plant, laws_of
+from .plant import Plant, mechanism_laws
 from .robot import Robot
 from .swung import Felt, SwungRows, Told, first_moment, told_from
 
@@ -21,7 +21,7 @@ def swings_of(mechanism: Mechanism) -> tuple[Law, ...]:
     """The laws of what a told motion swings on a mechanism, in the order of its numbers [-]."""
     if not isinstance(mechanism, Robot):
         return ()
-    return tuple(law for law in laws_of(mechanism) if law.swing is not None)
+    return tuple(law for law in mechanism_laws(mechanism) if law.swing is not None)
 
 
 def swung_rows(mechanism: Mechanism, p: Mapping[str, Any]) -> SwungRows:

@@ -14,7 +14,7 @@ from ..model.rig import Rig
 from .profile import SwingProfile
 from .solve_grid import SPLINES
 from .solve_limits import Binding, binding_limits
-from .solve_newton import Found, settle
+from .solve_newton import STILL, Found, settle
 from .solve_problem import Plant, Problem, faster, first_guess
 from .solve_program import impact_of
 from .solve_scenarios import between, between_scenarios, plant_of, scenarios_of, stated
@@ -27,6 +27,9 @@ of them, and the change at which it is left [-]."""
 
 AGREES, SILENT = 1.1, 5e-5
 """A ring between scenarios this much larger than theirs [-], or below this [m], agrees."""
+
+SOON = 0.02
+"""Change of the unknowns that counts as none before scenarios are added [-]."""
 
 MOST_ROUNDS = 3
 """How often a worst factor is added to the scenarios [-]."""
@@ -164,19 +167,23 @@ def solve(
     """
     task = timed(task, rig, golfer, tell)
     base = scenarios_of(task) if begin is None else begin.factors
-    found, problem = settled(task, rig, golfer, base, begin, tell, splines)
-    dense, rings = np.array(base), np.zeros(len(base))
-    for number in range(MOST_ROUNDS + 1):
-        if not found.feasible:
+    # which scenarios are missing is seen before the last digits are
+    grows = begin is None and task.robust.parameter and rig.fidelity != "planar"
+    still = SOON if grows else STILL
+    found, problem = settled(task, rig, golfer, base, begin, tell, splines, still)
+    dense, rings, rounds = np.array(base), np.zeros(len(base)), 0
+    while True:
+        fresh: tuple[float, ...] = ()
+        if found.feasible:
+            dense, rings = between_scenarios(problem, rig, found, base)
+            if rounds < MOST_ROUNDS and task.robust.parameter:
+                fresh = _worst_between(base, dense, rings)
+        if not fresh and still == STILL:
             break
-        dense, rings = between_scenarios(problem, rig, found, base)
-        fresh = _worst_between(base, dense, rings)
-        if number == MOST_ROUNDS or not fresh or not task.robust.parameter:
-            break
+        rounds, still, more = rounds + bool(fresh), STILL, tuple(sorted({*base, *fresh}))
         tell(f"worst ring {1e3 * rings.max():.3g} mm; factors added: {fresh}")
-        more = tuple(sorted({*base, *fresh}))
-        states = between(base, found.states, np.array(more))
-        base, before = more, Begin(found.c, states, more)
+        states, looked = between(base, found.states, np.array(more)), found.looked
+        base, before = more, Begin(found.c, states, more, () if fresh else looked)
         found, problem = settled(task, rig, golfer, base, before, tell, splines)
     status = SOLVED if found.settled else NOT_SETTLED
     profile = profile_of(problem, found, golfer)
@@ -259,6 +266,7 @@ def settled(
     begin: Begin | None = None,
     tell: Tell = lambda text: None,
     splines: int | None = SPLINES,
+    still: float = STILL,
 ) -> tuple[Found, Problem]:
     """One problem with its scenarios, settled.
 
@@ -270,6 +278,7 @@ def settled(
         begin: see `solve`.
         tell: told what is being done.
         splines: see `solve` [-].
+        still: change that counts as none, where the plant's steps are constant [-].
 
     Returns:
         The solution, or the last try, and what was asked.
@@ -279,7 +288,7 @@ def settled(
     c = first_guess(problem) if begin is None else begin.c
     if plant.constant:
         looked = () if begin is None else begin.looked
-        return settle(problem, plant, c, None, tell, looked=looked), problem
+        return settle(problem, plant, c, None, tell, still=still, looked=looked), problem
     states = None if begin is None else begin.states
     if states is not None and states.shape[1] == len(problem.grid.marks):
         return settle(problem, plant, c, states, tell, hold=0.0), problem

@@ -56,6 +56,9 @@ TRUSTED, LEAST = 0.3, 0.02
 HELD_BACK, STEPPED, LET_GO, MOST_HELD = 0.03, 2.0, 1e-3, 1.0
 """First weight that holds a program near the last one, its factor, what is none, and most [-]."""
 
+SWAYS, SWAYED = 4, 0.3
+"""From which program on, and from what change of the unknowns on, a sway is held back [-]."""
+
 SAME = 0.02
 """Change of what limits would have to be widened by that is none, as a share of it [-]."""
 
@@ -165,6 +168,8 @@ def settle(
             least = hold / STEPPED
         elif share < 1.0:
             hold = min(max(HELD_BACK, STEPPED * hold), MOST_HELD)
+        elif problem.most_speed and number >= SWAYS and change > SWAYED:
+            hold = least = min(max(HELD_BACK, STEPPED * hold), MOST_HELD)
         else:
             hold = max(least, hold / STEPPED) if hold > LET_GO else 0.0
         wide, before = answer.widened, wide
@@ -265,9 +270,10 @@ def _about(
     drive = problem.drive
     steps = plant.steps(states, drive.at(c)) if steps is None else steps
     maps = condensed(steps, drive, plant.start()) if known is None else known.maps
-    left = _distance(maps.at(c), states)
-    if plant.constant:
-        states, left = maps.at(c), 0.0
+    if plant.constant:  # then states that come with their maps were read from them
+        states, left = states if known is not None else maps.at(c), 0.0
+    else:
+        left = _distance(maps.at(c), states)
     families = motor_families(problem.task, problem.grid, drive)
     families += shaft_families(
         problem.task, problem.scenarios, problem.grid, maps, states, problem.flat

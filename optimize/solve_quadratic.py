@@ -191,7 +191,8 @@ def _interior(
         total = np.zeros(len(rows))
         total[above] += d[len(below) :]
         total[below] += d[: len(below)]
-        hessian = (rows.T * total) @ rows
+        scaled = rows * np.sqrt(total)[:, None]
+        hessian = scaled.T @ scaled  # of one buffer: numpy then forms half of it only
         hessian[np.diag_indices_from(hessian)] += weights
         return hessian
 

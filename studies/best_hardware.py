@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .designs import Answer, finding, show
 from .study import Call, Study
+from .usual_swing import usual
 from .words import number_words
 
 if TYPE_CHECKING:
@@ -47,29 +46,6 @@ BLOWS = 25
 SIDE = 7
 """Values of each parameter on a curve [-]."""
 
-_TASK = """\
-[swing]
-rig = "rig.toml"
-duration = 2.0
-points = {points}
-[start]
-arm_angle = -3.0
-wrist_angle = -1.6
-[impact]
-time = 1.6
-clubhead_speed = {speed}
-force = {force}
-[limits]
-arm   = {{ angle = [-3.5, 3.5], velocity = 25.0, acceleration = 600.0, jerk = 2.0e4 }}
-wrist = {{ angle = [-2.2, 2.2], velocity = 60.0, acceleration = 1200.0, jerk = 8.0e4 }}
-shaft = {{ deflection_before = 0.30, deflection_after = 0.45 }}
-[robust]
-parameter = "shaft_frequency"
-factors = [0.9, 1.1]
-scenarios = 3
-"""
-_RIG = '[rig]\nkind = "robot"\nmodel = "driven_arm"\nfidelity = "thesis"\npreset = "robo_v"\n'
-
 
 @dataclass(frozen=True, eq=False)
 class Solved:
@@ -90,15 +66,7 @@ class Solved:
 
 def asked(speed: float, force: float) -> tuple[SwingTask, Rig]:
     """Task and rig of one case [m/s, N]."""
-    from ..model.rig import read_rig
-    from ..optimize.task import read_task
-
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        (folder / "rig.toml").write_text(_RIG)
-        text = _TASK.format(speed=speed, force=force, points=POINTS)
-        (folder / "task.toml").write_text(text)
-        return read_task(folder / "task.toml"), read_rig(folder / "rig.toml")
+    return usual("thesis", speed, force, points=POINTS, shaft_bounded=True, scenarios=3)
 
 
 def solved(task: SwingTask, rig: Rig, numbers: Mapping[str, float]) -> Solved | None:

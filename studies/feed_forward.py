@@ -11,6 +11,7 @@ import numpy as np
 from .engine import start_engine
 from .listing import printed, written
 from .study import Call, Study
+from .usual_swing import robot_file, task_file
 
 SPEEDS = (30.0, 45.0)
 """Of the golfer's rigid club at impact [m/s]."""
@@ -19,24 +20,6 @@ ROUNDS = 5
 """How often the thesis's error is subtracted [-]."""
 
 HEADINGS = ("fidelity", "m/s", "pose", "way", "at impact", "0.2 s before", "speed", "jerk")
-
-_TASK = """\
-[swing]
-rig = "rig.toml"
-duration = 2.0
-[start]
-arm_angle = -3.0
-wrist_angle = -1.6
-[impact]
-time = 1.6
-clubhead_speed = {speed}
-hold = "drive"
-[limits]
-arm   = {{ angle = [-3.5, 3.5], velocity = 25.0, acceleration = 600.0, jerk = 2.0e4 }}
-wrist = {{ angle = [-2.2, 2.2], velocity = 60.0, acceleration = 1200.0, jerk = 8.0e4 }}
-"""
-
-_RIG = '[rig]\nkind = "robot"\nmodel = "driven_arm"\nfidelity = "{}"\npreset = "robo_v"\n'
 
 
 def compare(call: Call) -> dict[str, Any]:
@@ -61,10 +44,10 @@ def compare(call: Call) -> dict[str, Any]:
         folder = Path(name)
         rigs = {}
         for fidelity in ("planar", "thesis"):
-            (folder / "rig.toml").write_text(_RIG.format(fidelity))
+            (folder / "rig.toml").write_text(robot_file(fidelity))
             rigs[fidelity] = read_rig(folder / "rig.toml")
         for speed in SPEEDS:
-            (folder / "task.toml").write_text(_TASK.format(speed=speed))
+            (folder / "task.toml").write_text(task_file(speed, hold="drive"))
             call.progress(f"a golfer of {speed:g} m/s")
             golfer = classic(read_task(folder / "task.toml"), rigs["thesis"]).profile
             for fidelity in ("thesis", "planar"):

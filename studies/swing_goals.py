@@ -6,13 +6,13 @@ import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .designs import Answer, finding, show
 from .study import Call, Study
+from .usual_swing import usual
 from .words import number_words
 
 if TYPE_CHECKING:
@@ -67,45 +67,13 @@ CASES = (
 )
 """Both fidelities and speeds, with and without the ball."""
 
-_TASK = """\
-[swing]
-rig = "rig.toml"
-duration = 2.0
-[start]
-arm_angle = -3.0
-wrist_angle = -1.6
-[impact]
-time = 1.6
-clubhead_speed = {speed}
-force = {force}
-[limits]
-arm   = {{ angle = [-3.5, 3.5], velocity = 25.0, acceleration = 600.0, jerk = 2.0e4 }}
-wrist = {{ angle = [-2.2, 2.2], velocity = 60.0, acceleration = 1200.0, jerk = 8.0e4 }}
-{shaft}
-[robust]
-parameter = "shaft_frequency"
-factors = [0.9, 1.1]
-scenarios = {scenarios}
-impact = {in_all}
-"""
-
 
 def asked(case: Case) -> tuple[SwingTask, Rig]:
     """Task and rig of a case; five scenarios where the robot is linear, three in the plane."""
-    from ..model.rig import read_rig
-    from ..optimize.task import read_task
-
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        text = f'[rig]\nkind = "robot"\nmodel = "driven_arm"\nfidelity = "{case.fidelity}"\n'
-        (folder / "rig.toml").write_text(text + 'preset = "robo_v"\n')
-        shaft = "shaft = { deflection_before = 0.30, deflection_after = 0.45 }"
-        told = _TASK.format(
-            speed=case.speed, force=case.force, shaft=shaft if case.shaft == BOUND else "",
-            scenarios=3 if case.fidelity == PLANE else 5, in_all=str(case.in_all).lower(),
-        )  # fmt: skip
-        (folder / "task.toml").write_text(told)
-        return read_task(folder / "task.toml"), read_rig(folder / "rig.toml")
+    return usual(
+        case.fidelity, case.speed, case.force, shaft_bounded=case.shaft == BOUND,
+        scenarios=3 if case.fidelity == PLANE else 5, in_all=case.in_all,
+    )  # fmt: skip
 
 
 def played(case: Case) -> dict[str, Any]:

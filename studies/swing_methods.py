@@ -12,6 +12,7 @@ import numpy as np
 from .engine import start_engine
 from .listing import printed, written
 from .study import Call, Study
+from .usual_swing import robot_file, task_file
 
 WAVES = ("instantaneous", "square", "half_sine", "suppressed_half_sine", "s_curve")
 """Torque waves and the S-curve: one motion an axis."""
@@ -23,26 +24,6 @@ HEADINGS = (
     "fidelity", "m/s", "ball N", "method", "worst mm", "nominal mm", "speed off", "pose off",
     "limits", "jerk arm / wrist", "peak N m", "",
 )  # fmt: skip
-
-_TASK = """\
-[swing]
-rig = "rig.toml"
-duration = 2.0
-[start]
-arm_angle = -3.0
-wrist_angle = -1.6
-[impact]
-time = 1.6
-clubhead_speed = {speed}
-force = {force}
-[limits]
-arm   = {{ angle = [-3.5, 3.5], velocity = 25.0, acceleration = 600.0, jerk = 2.0e4 }}
-wrist = {{ angle = [-2.2, 2.2], velocity = 60.0, acceleration = 1200.0, jerk = 8.0e4 }}
-[robust]
-parameter = "shaft_frequency"
-factors = [0.9, 1.1]
-scenarios = 5
-"""
 
 
 def compare(call: Call, fidelity: str = "thesis") -> dict[str, Any]:
@@ -65,11 +46,10 @@ def compare(call: Call, fidelity: str = "thesis") -> dict[str, Any]:
     found = {"fidelity": fidelity, "hold": "chord", "quantum": 1e-4, "rows": rows, "seconds": []}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        text = f'[rig]\nkind = "robot"\nmodel = "driven_arm"\nfidelity = "{fidelity}"\n'
-        (folder / "rig.toml").write_text(text + 'preset = "robo_v"\n')
+        (folder / "rig.toml").write_text(robot_file(fidelity))
         rig = read_rig(folder / "rig.toml")
         for speed, force in CASES[fidelity]:
-            (folder / "task.toml").write_text(_TASK.format(speed=speed, force=force))
+            (folder / "task.toml").write_text(task_file(speed, force, scenarios=5))
             began = time.perf_counter()
             rows += _case(read_task(folder / "task.toml"), rig, call)
             found["seconds"].append(round(time.perf_counter() - began, 2))

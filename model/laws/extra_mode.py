@@ -8,6 +8,7 @@ from typing import Any
 import jax.numpy as jnp
 
 from ..law import INERTIA, Law, Memory, Scales, Shape
+from ..ringing import rung
 
 
 def _begin(shapes: Any, stretch: Any, rate: Any) -> Any:
@@ -25,22 +26,8 @@ def _advance(shapes: Any, memory: Any, before: Any, after: Any, step: Any) -> An
     drift = -jerk / turn**2  # the forced part is a straight line
     shift = -(bend + 2 * ratio * turn * drift) / turn**2
     e, rate = memory[0] - shift, memory[1] - drift
-    part = turn * step
-    fade = jnp.exp(-ratio * part)
-    cosine, sine = _waves(part**2 * (1 - ratio**2))
-    new = fade * (e * (cosine + ratio * part * sine) + rate * step * sine)
-    fast = fade * (rate * (cosine - ratio * part * sine) - e * turn * part * sine)
+    new, fast = rung(e, rate, turn * turn, ratio * turn, step)
     return jnp.stack(jnp.broadcast_arrays(new + shift + drift * step, fast + drift))
-
-
-def _waves(square: Any) -> tuple[Any, Any]:
-    """cos(q) and sin(q) / q of the root q of `square`, which is imaginary below 0 [-]."""
-    q = jnp.sqrt(jnp.maximum(square, 1e-12))
-    p = jnp.sqrt(jnp.maximum(-square, 1e-12))
-    return (
-        jnp.where(square > 0, jnp.cos(q), jnp.cosh(p)),
-        jnp.where(square > 0, jnp.sin(q) / q, jnp.sinh(p) / p),
-    )
 
 
 def _past(shapes: Any, stretch: Any, rate: Any, since: Any) -> Any:

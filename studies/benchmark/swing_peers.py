@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
-from ...model.rig import Rig, read_rig
+from ...model.rig import Rig
 from ...optimize.solve import settled
 from ...optimize.solve_problem import Problem
 from ...optimize.solve_scenarios import scenarios_of
-from ...optimize.task import Robust, SwingTask, read_task
-from .optimal import RIG, TASK
+from ...optimize.task import Robust, SwingTask
+from .optimal import asked
 from .swing_dymos import by_dymos, has_dymos
 from .swing_rockit import Solved, by_rockit, has_rockit
 
@@ -86,11 +84,7 @@ def beside() -> list[Beside]:
 
 
 def _asked() -> tuple[SwingTask, Rig]:
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        (folder / "rig.toml").write_text(RIG.format("thesis"))
-        (folder / "task.toml").write_text(TASK)
-        task, rig = read_task(folder / "task.toml"), read_rig(folder / "rig.toml")
+    task, rig = asked("thesis")
     return replace(task, impact=replace(task.impact, clubhead_speed=SPEED)), rig
 
 

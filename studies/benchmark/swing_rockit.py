@@ -99,7 +99,7 @@ def by_rockit(problem: Problem, rig: Rig) -> Solved:
         solution = ocp.solve()
         parts = [solution(one["stage"]).value(one["stage"].objective) for one in stages]
         cost, words = float(solution.value(ocp.objective)) + float(np.sum(parts)), "solved"
-    except Exception as error:
+    except RuntimeError as error:  # what casadi raises where IPOPT fails
         cost, words = float("nan"), str(error).splitlines()[0][:60]
     return Solved(time.perf_counter() - began, cost, words)
 

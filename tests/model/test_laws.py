@@ -31,6 +31,7 @@ NAMED = {
     "relaxation",
     "slip",
     "stiffness_drift",
+    "support_flexibility",
     "sensor_offset",
     "sensor_delay",
     "sensor_saturation",
@@ -72,7 +73,7 @@ def test_a_law_says_what_it_is(name):
     law = LAWS[name]
     assert law.name == name
     assert law.kind in (
-        *("link", "mass", "arm", "spun", "body"),
+        *("link", "mass", "arm", "spun", "body", "support"),
         *("reading", "response", "channel", "axis", "load", "drive"),
     )
     assert law.acts != bool(law.slot), "a force, or a number of a sensor"

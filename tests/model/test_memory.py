@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from supple.model.chain import Chain
 from supple.model.drives import impact
-from supple.model.law import Scales, library, unit_of
+from supple.model.law import Place, Scales, library, unit_of
 from supple.model.linear import Port
 from supple.model.motion import CONVERGED, respond
 from supple.model.plant import Plant, numbers_vector
@@ -134,7 +134,7 @@ def test_a_motion_marched_in_two_parts_is_the_whole_motion(name):
 @pytest.mark.parametrize("name", LASTING)
 def test_a_law_that_remembers_says_what_it_is(name):
     law = LASTING[name]
-    own = name in CASES or name == "extra_mode"  # which has a file of its own
+    own = name in CASES or name in ("extra_mode", "support_flexibility")  # with files of their own
     assert own and law.force is None and law.acts and law.memory is not None
     for shape in law.shapes:
         values = shape.trials(SCALES)
@@ -142,6 +142,7 @@ def test_a_law_that_remembers_says_what_it_is(name):
         assert unit_of(shape.dimension, False) in ("m", "s", "1/s", "1")
     assert all(len(shape.trials(SCALES)) >= 2 for shape in law.shapes[:1])
     shapes = [np.float64(shape.trials(SCALES)[0]) for shape in law.shapes]
+    shapes = law.memory.shapes_at(shapes, 0.0, Place(STIFFNESS, DAMPING, 0.0, 0.0))
     begun = law.memory.begin(shapes, np.array([0.05, -0.02]), np.zeros(2))
     assert np.shape(begun) == (law.memory.size, 2)
     null = law.memory.force(0.0, shapes, begun, np.array([0.05, -0.02]), np.zeros(2))

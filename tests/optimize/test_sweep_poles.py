@@ -113,8 +113,9 @@ def test_a_design_does_not_feel_its_neighbors():
     many = {name: np.tile(WRIST[name], 100) for name in names}
     whole = modes_of(robot, inputs, SENSORS, None, many, fixed(NUMBERS, names))
     own = modes_of(robot, inputs, SENSORS, None, WRIST, fixed(NUMBERS, names))
-    np.testing.assert_allclose(whole.poles[:4], own.poles, rtol=1e-14)
-    np.testing.assert_allclose(whole.poles[396:], own.poles, rtol=1e-14)
+    # what other processors round otherwise, two poles that nearly meet carry on hundredfold
+    np.testing.assert_allclose(whole.poles[:4], own.poles, rtol=1e-12)
+    np.testing.assert_allclose(whole.poles[396:], own.poles, rtol=1e-12)
 
 
 def test_what_changes_rows_or_is_large_is_left_to_eigenvectors():
