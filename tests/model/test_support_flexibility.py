@@ -116,7 +116,8 @@ def test_derivatives_are_those_of_differences_and_finite_at_the_null():
     robot = Robot("pinned_wrist")
     ports = (Port("clubhead", "force"),), (Port("clubhead", "acceleration"),)
     plant = Plant(robot, *ports, ("base",))
-    push, corners = 3.0 * np.sin(20.0 * np.arange(300) * STEP)[:, None], jnp.full((1, 2), 1e-4)
+    push = jnp.asarray(3.0 * np.sin(20.0 * np.arange(300) * STEP)[:, None])
+    corners = jnp.full((1, 2), 1e-4)
     for size in (compliance(), 0.0):
         z = vector(plant, (size, HERTZ, RATIO))
         first = plant.slots["strengths"].start
@@ -142,12 +143,12 @@ def test_nothing_gives_way_at_the_null():
     plant = Plant(
         robot, (Port("clubhead", "force"),), (Port("clubhead", "acceleration"),), ("base",)
     )
-    push = np.sin(30.0 * times)[:, None]
-    pair = [
-        simulate(plant, 2, vector(plant, (0.0, f, 0.03)), push, STEP, jnp.full((1, 2), 1e-4))
+    push, step = jnp.asarray(np.sin(30.0 * times)[:, None]), jnp.asarray(STEP)
+    one, other = (
+        simulate(plant, 2, vector(plant, (0.0, f, 0.03)), push, step, jnp.full((1, 2), 1e-4))
         for f in (5.0, 15.0)
-    ]
-    np.testing.assert_array_equal(*map(np.asarray, pair))
+    )
+    np.testing.assert_array_equal(np.asarray(one), np.asarray(other))
 
 
 def test_a_support_that_is_shaken_steadily_only_takes_energy():
