@@ -38,6 +38,9 @@ GOALS = {"fit": 2.0, "lmfit": 50.0, "emcee": 30.0, "PINTS": 30.0, "posterior": 6
 """Seconds of a fit after it is compiled [s]; how many times lmfit may take; effective samples a
 second over those of emcee and PINTS [-]; seconds of a posterior that passes the gate [s]."""
 
+AGREE = 0.1
+"""Standard errors by which answers may differ and still be the same one [-]."""
+
 STEPS, WALKERS, CHAIN, PHASE = 3000, 40, 20_000, 200
 """Of emcee's stretch moves, and length of PINTS' chains, and of their first phase [-]."""
 
@@ -50,6 +53,8 @@ class Race:
         fit: ours [s].
         lmfit: theirs [s]; NaN where it is not installed.
         apart: largest difference of the two answers, in standard errors [-].
+        worse: how much more than ours their answer leaves of the sum of squares, which both
+            least-squares fits want least, by solve_ivp [-].
         posterior: ours, gate passed [s].
         converged: whether it was.
         ours: effective samples of the worst constant a second of ours [1/s].
@@ -61,6 +66,7 @@ class Race:
     fit: float
     lmfit: float
     apart: float
+    worse: float
     posterior: float
     converged: bool
     ours: float
@@ -181,10 +187,11 @@ def raced() -> Race:
         return ((seen - np.array(told)) / level[:, None]).ravel()
 
     began = time.process_time()
-    residual(found)
+    least = float(np.sum(residual(found) ** 2))
     likelihood = time.process_time() - began
     theirs, answer = _by_lmfit(residual) if has("lmfit") else (np.nan, np.full(8, np.nan))
     apart = float(np.max(np.abs(answer - found) / error))
+    worse = float(np.sum(residual(answer) ** 2)) / least - 1.0 if has("lmfit") else np.nan
     sample(fit)  # compiles
     began = time.process_time()
     posterior = sample(fit)
@@ -195,7 +202,9 @@ def raced() -> Race:
     pints = np.nan
     if has("pints"):
         pints = 1.0 / (_pints_memory(log_posterior(fit, 1), constants) * likelihood)
-    return Race(seconds, theirs, apart, spent, posterior.converged, ours, emcee, pints, likelihood)
+    return Race(
+        seconds, theirs, apart, worse, spent, posterior.converged, ours, emcee, pints, likelihood
+    )
 
 
 def _ours(problem: Problem, level: np.ndarray) -> tuple[Fit, float]:
