@@ -223,7 +223,7 @@ def test_only_what_is_told_is_swung():
     }
     assert swings_of(Robot("pinned_wrist")) == () == swings_of(Robot("fixed_collet"))
     assert set(Robot("pinned_wrist").law_places()) == {
-        "sleeve", "shaft", "wrist", "collet", "clubhead"
+        "sleeve", "shaft", "wrist", "collet", "clubhead", "base"
     }  # fmt: skip
     rows = swung_rows(ROBOT, P)
     assert rows.first.shape == rows.weight.shape and float(rows.first.sum()) == 3.0
