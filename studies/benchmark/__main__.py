@@ -99,9 +99,7 @@ def _fits() -> None:
     told("fit, compiled [s]", race.fit, GOALS["fit"], most=True)
     words = "times less than lmfit over solve_ivp"
     if race.apart > AGREE:  # then there is no ratio: it did not do the same
-        print(
-            f"  lmfit took {_figure(race.lmfit)} s and stopped {race.apart:.2g} standard errors away"
-        )
+        print(f"  lmfit stopped after {race.lmfit:.0f} s, {race.apart:.2g} standard errors away")
         print(f"  with {100 * race.worse:.2g} % more left than ours: no ratio is claimed")
     else:
         told(words, race.lmfit / race.fit, GOALS["lmfit"], most=False)
