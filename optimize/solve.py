@@ -181,7 +181,8 @@ def solve(
         if not fresh and still == STILL:
             break
         rounds, still, more = rounds + bool(fresh), STILL, tuple(sorted({*base, *fresh}))
-        tell(f"worst ring {1e3 * rings.max():.3g} mm; factors added: {fresh}")
+        if fresh:
+            tell(f"worst ring {1e3 * rings.max():.3g} mm; factors added: {fresh}")
         states, looked = between(base, found.states, np.array(more)), found.looked
         base, before = more, Begin(found.c, states, more, () if fresh else looked)
         found, problem = settled(task, rig, golfer, base, before, tell, splines)

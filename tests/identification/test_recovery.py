@@ -111,7 +111,7 @@ def test_constants_of_100_chains_are_recovered(tmp_path):
 
 
 @pytest.mark.slow
-def test_clubs_of_elements_are_recovered_and_their_errors_are_honest(tmp_path):
+def test_clubs_of_elements_are_recovered_and_most_of_their_errors_hold(tmp_path):
     rows = [club_errors(tmp_path / str(seed), "B", seed) for seed in CLUBS]
     for name, limit in LIMITS.items():
         found = float(np.median([abs(row[name][0]) for row in rows]))

@@ -13,8 +13,9 @@ from supple.model.motion import CONVERGED, respond
 from supple.model.plant import Plant, numbers_vector
 from supple.model.respond import simulate, tangents
 from supple.model.robot import PRESETS, Robot
+from tests.model.struck import STEP, struck
 
-MASS, STIFFNESS, DAMPING, STEP = 0.17, 24.0, 0.05, 1e-3
+MASS, STIFFNESS, DAMPING = 0.17, 24.0, 0.05
 NUMBERS = {
     "masses.cart.mass": MASS,
     "links.spring.stiffness": STIFFNESS,
@@ -163,26 +164,9 @@ def test_a_rider_on_a_robots_head_rings_in_what_its_sensors_read():
         whole[1] += mass * turn**2 * np.outer(apart, apart)
         whole[2] += 2 * RATIO * turn * mass * np.outer(apart, apart)
         push = np.append(np.asarray(robot.force_row("clubhead", numbers)), 0.0)
-        wanted = _struck((whole[0], whole[1], whole[2]), push, times)
+        wanted = struck(whole, push, 0.0 * push, len(times))
         for column, one in enumerate(ports):
             seen = np.asarray(robot.sensor_row(one.place, one.quantity, "absolute", numbers))[:n]
             read = wanted[:, :n] @ seen
             gap = np.max(np.abs(found.samples[:, column] - read))
             assert gap < 3e-5 * np.max(np.abs(read))
-
-
-def _struck(whole, push, times):
-    """Positions, shape (t, coordinates), after 40 N from 0.02 s to 0.024 s."""
-    n, (mass, stiffness, damping) = len(push), whole
-    a = np.zeros((2 * n + 1, 2 * n + 1))
-    a[:n, n : 2 * n] = np.eye(n)
-    a[n : 2 * n, :n] = -np.linalg.solve(mass, stiffness)
-    a[n : 2 * n, n : 2 * n] = -np.linalg.solve(mass, damping)
-    calm = expm(a * STEP)
-    a[n : 2 * n, -1] = 40.0 * np.linalg.solve(mass, push)
-    struck = expm(a * STEP)
-    x, found = np.append(np.zeros(2 * n), 1.0), []
-    for index in range(len(times)):
-        found.append(x[:n])
-        x = (struck if 20 <= index < 24 else calm) @ x
-    return np.array(found)

@@ -4,7 +4,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 from supple.identification.screen import unit_force
 from supple.model.drives import impact, release
@@ -14,8 +13,8 @@ from supple.model.motion import CONVERGED, respond
 from supple.model.plant import Plant, numbers_vector
 from supple.model.respond import simulate, tangents
 from supple.model.robot import PRESETS, Robot
+from tests.model.struck import STEP, struck
 
-STEP = 1e-3
 HERTZ, RATIO = 15.0, 0.03
 NUMBERS = PRESETS["robo_v_sleeve_50"]
 LAW = library()["support_flexibility"]
@@ -48,23 +47,6 @@ def with_support(robot: Robot, share: float) -> np.ndarray:
     return whole
 
 
-def marched(whole: np.ndarray, push: np.ndarray, start: np.ndarray, count: int) -> np.ndarray:
-    """Positions from a start at rest, 40 N on `push` from 0.02 s to 0.024 s, (t, n + 1)."""
-    n, (mass, stiffness, damping) = len(push), whole
-    a = np.zeros((2 * n + 1, 2 * n + 1))
-    a[:n, n : 2 * n] = np.eye(n)
-    a[n : 2 * n, :n] = -np.linalg.solve(mass, stiffness)
-    a[n : 2 * n, n : 2 * n] = -np.linalg.solve(mass, damping)
-    calm = expm(a * STEP)
-    a[n : 2 * n, -1] = 40.0 * np.linalg.solve(mass, push)
-    struck = expm(a * STEP)
-    x, found = np.concatenate([start, np.zeros(n), [1.0]]), []
-    for index in range(count):
-        found.append(x[:n])
-        x = (struck if 20 <= index < 24 else calm) @ x
-    return np.array(found)
-
-
 def read(robot: Robot, motion: np.ndarray, port: Port) -> np.ndarray:
     n = len(robot.coordinates)
     row = np.asarray(robot.sensor_row(port.place, port.quantity, "absolute", NUMBERS))[:n]
@@ -81,7 +63,7 @@ def test_a_blow_is_felt_as_by_a_robot_on_a_sprung_foot(model, share):
     rigid = respond(robot, NUMBERS, blow, times, ports)
     assert found.status == CONVERGED
     start = np.zeros(len(push))
-    wanted = marched(with_support(robot, share), push, start, len(times))
+    wanted = struck(with_support(robot, share), push, start, len(times))
     for column, port in enumerate(ports):
         seen = read(robot, wanted, port)
         size = np.max(np.abs(seen))
@@ -98,7 +80,7 @@ def test_it_is_let_go_from_the_way_that_support_and_club_share():
     push = np.append(np.asarray(robot.force_row("clubhead", NUMBERS)), 0.0)
     start = np.linalg.solve(whole[1], push)
     start *= 0.02 / (start[:-1] @ push[:-1])
-    wanted = read(robot, marched(whole, 0.0 * push, start, len(times)), port)
+    wanted = read(robot, struck(whole, 0.0 * push, start, len(times)), port)
     assert found.status == CONVERGED
     assert np.max(np.abs(found.samples[:, 0] - wanted)) < 2e-6 * 0.02
 
