@@ -7,6 +7,7 @@ import os
 import shutil
 import tempfile
 import time
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,11 +20,33 @@ if TYPE_CHECKING:
 Progress = Callable[[str], None]
 
 
+KEPT_PROGRAMS = 4000
+"""Compiled programs that may lie in the user's cache folder [-]: some 80 kB each."""
+
+
 def start_engine() -> None:
-    """Let jax keep compiled code in the user's cache folder, for later runs."""
+    """Let jax keep compiled code in the user's cache folder, for later runs.
+
+    A program that cannot be read there, since its writer was killed, is compiled again.
+    """
     home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
-    os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(home / "supple" / "jax"))
-    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.3")
+    own = home / "supple" / "jax"
+    if os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(own)) == str(own):
+        _forget_oldest(own)
+    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.1")
+    warnings.filterwarnings("ignore", "Error (reading|writing) persistent compilation cache")
+
+
+def _forget_oldest(folder: Path) -> None:
+    """Throw away the older half of kept programs where they have become too many."""
+    try:
+        kept = list(folder.iterdir())
+        if len(kept) > KEPT_PROGRAMS:
+            kept.sort(key=lambda path: path.stat().st_mtime)
+            for path in kept[: len(kept) // 2]:
+                path.unlink(missing_ok=True)
+    except OSError:
+        return  # no folder yet, or another process is tidying it up
 
 
 def release_memory() -> None:

@@ -1,5 +1,6 @@
 """What all tests share: repeatable hypothesis runs, the real records, and a headless browser."""
 
+import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,6 +21,11 @@ BROWSER_FLAGS = (
     "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-sync "
     "--disable-background-networking --disable-component-update"
 ).split()
+
+# Many tests, and the programs that they start, compile the same code: once is enough. Read by jax's
+# import; away from the user's own folder.
+os.environ["JAX_COMPILATION_CACHE_DIR"] = str(ROOT / "build" / "jax")
+os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0.1"
 
 # First calls compile, which would break any deadline; the same examples come up in every run.
 hypothesis.settings.register_profile("house", deadline=None, derandomize=True, max_examples=30)
