@@ -7,12 +7,14 @@ import numpy as np
 from ..model.robot import Robot
 from .fit import Fit
 
-LUMPED = 0.03
+LUMPED = 0.01
 """Root mean square that was left beyond the noise of a channel where nothing was hidden, at most,
-as a share of what was measured, rounded up [-]."""
+as a share of what was measured, twice [-]."""
 
-LEARNED = "43 clean sets of an independent finite-element bench"
-"""What `LUMPED` was learned from [-]: in 40 no misfit showed, in the others 0.4, 0.6 and 2.4 %."""
+LEARNED = "33 clean sets of an independent finite-element bench"
+"""What `LUMPED` was learned from [-]: in 31 no misfit showed, in the others 0.4 and
+0.5 %. One of these was known to be hard. Without the shaft's own mass and its bending in the sleeve
+it was up to 2.4 %."""
 
 SHOWN = 1e-3
 """Chance of a channel's misfit under its noise below which it counts [-]."""

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import jax.numpy as jnp
 
-from ..law import INERTIA, Law, Memory, Scales, Shape
-from ..ringing import rung
+from ..law import INERTIA, Law, Memory, Shape
+from ..ringing import frequencies_above, rung
 
 
 def _begin(shapes: Any, stretch: Any, rate: Any) -> Any:
@@ -50,17 +49,6 @@ def _force(strength: Any, shapes: Any, memory: Any, stretch: Any, rate: Any) -> 
     return -strength * (turn**2 * memory[0] + 2 * shapes[1] * turn * memory[1])
 
 
-def _frequencies(scales: Scales) -> tuple[float, ...]:
-    """From just above the place's main oscillation to the tenth of it, a light resonance apart."""
-    return tuple(1.3 * SPACING**n / (2 * math.pi * scales.time) for n in range(TRIALS))
-
-
-SPACING = 1.08
-"""Ratio of neighboring frequencies that are tried [-]: a resonance of 3 % is felt 8 % wide."""
-
-TRIALS = 30
-"""How many are tried [-]."""
-
 LAW = Law(
     name="extra_mode",
     kind="body",
@@ -71,7 +59,7 @@ LAW = Law(
     signed=False,
     memory=Memory(2, _begin, _advance, _force, _past),
     shapes=(
-        Shape("frequency", (0, 0, -1), _frequencies),
+        Shape("frequency", (0, 0, -1), frequencies_above),
         Shape("damping_ratio", (0, 0, 0), lambda scales: (0.03,)),
     ),
     formula="f = -m (w^2 e + 2 z w e'), e'' + 2 z w e' + w^2 e = -x'', w = 2 pi frequency",

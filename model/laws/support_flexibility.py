@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import jax.numpy as jnp
 
-from ..law import Law, Memory, Scales, Shape
-from ..ringing import rung
+from ..law import Law, Memory, Shape
+from ..ringing import frequencies_above, rung
 
 
 def _oscillator(shapes: Any) -> tuple[Any, Any, Any, Any, Any]:
@@ -58,10 +57,9 @@ def _force(strength: Any, shapes: Any, memory: Any, stretch: Any, rate: Any) -> 
     return -(k * memory[0] + c * memory[1])
 
 
-def _frequencies(scales: Scales) -> tuple[float, ...]:
-    """From above the main oscillation to where the support follows at once."""
-    return tuple(factor / (2 * math.pi * scales.time) for factor in (2.5, 4.0, 6.5, 10.0, 25.0))
-
+RATIOS = (0.03, 0.2)
+"""Damping ratios that are tried [-]. A support that gives way a little is felt at another frequency
+than its own; the wider resonance is seen where the narrow one has moved away."""
 
 LAW = Law(
     name="support_flexibility",
@@ -73,8 +71,8 @@ LAW = Law(
     rotation=False,
     memory=Memory(2, _begin, _advance, _force, placed=True),
     shapes=(
-        Shape("frequency", (0, 0, -1), _frequencies),
-        Shape("damping_ratio", (0, 0, 0), lambda scales: (0.03,)),
+        Shape("frequency", (0, 0, -1), frequencies_above),
+        Shape("damping_ratio", (0, 0, 0), lambda scales: RATIOS),
     ),
     formula="f = -(k u + c u'), u'' + 2 z w u' + w^2 u = w^2 compliance (k (d - u) + c (d' - u')), "
     "w = 2 pi frequency; d, k and c of all that the support carries",
