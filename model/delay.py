@@ -23,14 +23,24 @@ def shift(outputs: Array, samples: Array) -> Array:
     count = outputs.shape[0]
     whole = jax.lax.stop_gradient(jnp.floor(samples))
     part = samples - whole  # 0 <= part < 1
-    at = jnp.arange(count)[:, None] - whole[None, :].astype(int)
-    total = jnp.zeros_like(outputs)
-    nodes = (-2.0, -1.0, 0.0, 1.0, 2.0, 3.0)  # value wanted at at - part
-    for j in nodes:
-        weight = jnp.ones_like(part)
-        for i in nodes:
-            if i != j:
-                weight = weight * (part - i) / (j - i)
-        index = jnp.clip(at - int(j), 0, count - 1)
-        total = total + weight * jnp.take_along_axis(outputs, index, axis=0)
-    return total
+    far = count + REACH
+    lag = jnp.clip(whole, -far, far).astype(int)
+    ends = [jnp.broadcast_to(outputs[at], (far + REACH, outputs.shape[1])) for at in (0, -1)]
+    held = jnp.concatenate([ends[0], outputs, ends[1]])
+    columns = []
+    for column in range(outputs.shape[1]):  # slices: to gather sample by sample takes far longer
+        low = (far - lag[column],)
+        seen = jax.lax.dynamic_slice(held[:, column], low, (count + 2 * REACH,))
+        total = jnp.zeros(count)
+        for j in range(1 - REACH, REACH + 1):  # value wanted at at - part
+            weight = jnp.ones(())
+            for i in range(1 - REACH, REACH + 1):
+                if i != j:
+                    weight = weight * (part[column] - i) / (j - i)
+            total = total + weight * seen[REACH - j : REACH - j + count]
+        columns.append(total)
+    return jnp.stack(columns, axis=1) if columns else outputs
+
+
+REACH = 3
+"""Samples on either side that a value between two is told by [-]."""

@@ -160,12 +160,30 @@ def _times(matrix: Array, vector: Array) -> Array:
     return jnp.sum(matrix * vector[None, :], axis=1)
 
 
+def driven(told: Array, matrix: Array) -> Array:
+    """Rows times the transpose of a matrix with few columns: ``told @ matrix.T``.
+
+    A sum that fuses with its neighbours; along many directions dot calls take three times as long.
+
+    Args:
+        told: shape (t, columns) [SI].
+        matrix: shape (rows, columns) [SI].
+
+    Returns:
+        Shape (t, rows) [SI].
+    """
+    found = jnp.zeros((told.shape[0], matrix.shape[0]))
+    for index in range(told.shape[1]):
+        found = found + told[:, index, None] * matrix[None, :, index]
+    return found
+
+
 def _march_linear(matrices: Step, x0: Array, first: Array, last: Array, substeps: int) -> March:
     transition = matrices.free[1]
     if substeps != 1:
         raise ValueError("a linear motion needs one step a sample; expected substeps = 1")
     start, middle, end = matrices.nodes[1]
-    forcing = first @ (start + 0.5 * middle).T + last @ (end + 0.5 * middle).T
+    forcing = driven(first, start + 0.5 * middle) + driven(last, end + 0.5 * middle)
 
     def advance(x: Array, push: Array) -> tuple[Array, Array]:
         new = _times(transition, x) + push

@@ -13,7 +13,7 @@ from jax.core import Tracer
 from .chain import DERIVATIVES, FORCES
 from .delay import shift
 from .linear import Array, StateSpace, make_step
-from .march import ActingRows, March, acting_space, march_rows, offset_mask, space_of
+from .march import ActingRows, March, acting_space, driven, march_rows, offset_mask, space_of
 from .plant import Plant, laws_of
 from .ripple import rippled
 from .swung_plant import swings_of, swung_readings, swung_rows
@@ -31,7 +31,7 @@ def _simulate(
     space = acting_space(bare, z, acting)
     drive = inputs + z[bare.slots["drive"]] * offset_mask(bare)
     felt = jnp.concatenate([_felt(bare, drive, step), motion.forces], axis=1)
-    outputs = motion.states @ space.c.T + felt @ space.d.T
+    outputs = driven(motion.states, space.c) + driven(felt, space.d)
     if motion.forces.shape[1] and swings_of(bare.mechanism):
         outputs = outputs + _swung(bare, z, acting, motion.states, drive)
     numbers, tilt = bare.numbers(z), z[bare.slots["tilt"]]

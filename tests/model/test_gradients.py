@@ -407,6 +407,7 @@ WITHOUT = {
     "inside the motions with laws that are here": {
         "acting_space",
         "begun",
+        "driven",
         "interval_values",
         "march_rows",
         "offset_mask",
