@@ -251,9 +251,8 @@ def _observed(transition: Array, outputs: Array, count: int) -> Array:
 def _sensed(kind: Kind, rows: Array, gain: Array, late: Array) -> Array:
     """Responses, shape (sensors, columns, t), as their sensors tell them."""
     if kind.delayed and rows.shape[1]:
-        count = rows.shape[1]
-        flat = rows.reshape(-1, rows.shape[2]).T
-        rows = shift(flat, jnp.repeat(late, count)).T.reshape(rows.shape)
+        shifted = [shift(own.T, delay).T for own, delay in zip(rows, late, strict=True)]
+        rows = jnp.stack(shifted)
     return rows * gain[:, None, None]
 
 

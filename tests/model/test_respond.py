@@ -428,3 +428,14 @@ def test_slots_cover_the_vector_without_gap():
     assert ends[0][0] == 0 and ends[-1][1] == FORCED.size
     assert all(a[1] == b[0] for a, b in pairwise(ends))
     assert FORCED.numbers(jnp.arange(FORCED.size))["links.spring.damping"] == 2
+
+
+@pytest.mark.parametrize("samples", [2.3, -1.7, 40.0, -40.0, 1e6])
+def test_one_delay_for_all_columns_is_that_of_each_and_ends_are_held_however_late(samples):
+    rows = jnp.asarray(np.random.default_rng(0).normal(size=(30, 3)))
+    found = np.asarray(shift(rows, jnp.asarray(samples)))
+    np.testing.assert_allclose(found, np.asarray(shift(rows, jnp.full(3, samples))), atol=1e-15)
+    if abs(samples) > 30:
+        np.testing.assert_allclose(
+            found, np.tile(rows[0 if samples > 0 else -1], (30, 1)), atol=1e-15
+        )
