@@ -1,4 +1,4 @@
-"""What a damped oscillator left alone has become after a time, damped little or much."""
+"""A damped oscillator: what it has become after a time alone, and where one is looked for."""
 
 from __future__ import annotations
 
