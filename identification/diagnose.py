@@ -22,7 +22,7 @@ from .fit import CRAWL, DOMINATED, Fit, fit_base, polished, settle, solve
 from .form import within_form
 from .problem import Problem, make_problem
 from .records import Record, check_record_against_rig, split_records
-from .refits import Progress, quick_refits, whole_refits
+from .refits import Progress, exchanged, quick_refits, whole_refits
 from .screen import VISIBLE, Candidate, screen
 from .standing import (
     MISFIT_SHOWN,
@@ -39,6 +39,7 @@ from .trial import (
     LEAST_EVIDENCE,
     NO_GAIN,
     SIMPLER,
+    TAKEN,
     UNSHOWN,
     Trial,
     explains_only,
@@ -206,6 +207,7 @@ class _Search:
                 self.trials.append(trial)
                 if trial.verdict == "accepted":
                     trial = self._simpler(trial, trials)
+                    trial, trials = self._exchanged(trial, trials)
                     rivals = [] if rank else self._rivals(trial, trials)
                     self._accept([trial], rivals)
                     return True
@@ -284,6 +286,21 @@ class _Search:
                     self.trials[index] = replace(trial, verdict=SIMPLER)
                     return judged
         return trial
+
+    def _exchanged(self, trial: Trial, trials: list[Trial]) -> tuple[Trial, list[Trial]]:
+        """The law that takes an accepted one's part better, from its constants, or that one."""
+        self.progress(f"trying what looks like {trial.candidate.name}")
+        for other in exchanged(self.fit, trial, self.left):
+            if other.delta_bic <= trial.delta_bic:
+                break
+            judged = self._judge(other, self.fit)
+            self.trials.append(judged)
+            if judged.verdict == "accepted":
+                name = judged.candidate.name
+                rest = [one for one in trials if one.candidate.name != name]
+                self.trials[self.trials.index(trial)] = replace(trial, verdict=TAKEN)
+                return judged, rest
+        return trial, trials
 
     def _pair(self, first: Trial) -> bool:
         """A law that gains nothing unseen by itself may do so together with a second one."""

@@ -55,6 +55,53 @@ class FaultyReading:
         return self.fault.along(strength, shapes, readings, step, by[0], list(by[1:]), columns)
 
 
+def misread(
+    faults: Sequence[FaultyReading], early: np.ndarray, seen: np.ndarray, step: float
+) -> np.ndarray:
+    """What a channel with faults says, shape (n,) [unit].
+
+    Args:
+        faults: in force on it, in their order.
+        early: true readings at its interval before its first sample, shape (m,) [unit].
+        seen: true readings at its samples, shape (n,) [unit].
+        step: its sampling interval [s].
+    """
+    none = np.zeros((len(early), 0)), np.zeros((len(seen), 0))
+    return misread_along(faults, (early, seen), none, step, np.zeros(0))[0]
+
+
+def misread_along(
+    faults: Sequence[FaultyReading],
+    readings: tuple[np.ndarray, np.ndarray],
+    columns: tuple[np.ndarray, np.ndarray],
+    step: float,
+    scale: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """What a channel with faults says, shape (n,) [unit], and its derivative, shape (n, unknowns).
+
+    A fault that remembers, as a filter does, hangs on what was there before the first sample.
+
+    Args:
+        faults: in force on it, in their order.
+        readings: true ones before its first sample and from there, shapes (m,) and (n,) [unit].
+        columns: their derivatives by a model's scaled unknowns, shapes (m, k) and (n, k) [unit].
+        step: its sampling interval [s].
+        scale: of each unknown, shape (k,) [SI].
+
+    Source: tests/identification/test_faults.py.
+    """
+    first = len(readings[0])
+    values, moved = np.concatenate(readings), np.concatenate(columns)
+    for faulty in faults:
+        low = 0 if faulty.fault.remembers else first
+        own = values[low:]
+        if len(scale):
+            turned = faulty.along(own, moved[low:], step, scale)
+            moved = np.concatenate([moved[:low], turned])
+        values = np.concatenate([values[:low], faulty.read(own, step)])
+    return values[first:], moved[first:]
+
+
 DRIVE = "drive"
 """The place of what moves a mechanism from outside."""
 

@@ -30,6 +30,7 @@ class Sensor:
         values: measured samples inside the window, shape (n,) [SI].
         times: their times on the record's clock, from the window's start, shape (n,) [s].
         sampling: matrix from the simulation's grid to these samples; None where they coincide.
+        before: the same for samples of its interval that lie before these; None where none does.
     """
 
     channel: Channel
@@ -37,6 +38,7 @@ class Sensor:
     values: np.ndarray
     times: np.ndarray
     sampling: csr_matrix | None = None
+    before: csr_matrix | None = None
 
     @property
     def step(self) -> float:
@@ -237,7 +239,9 @@ def _padded(prepared: Prepared, count: int) -> Prepared:
         if sampling is not None:
             sampling = sampling.copy()
             sampling.resize(sampling.shape[0], count)
-        sensors.append(replace(sensor, sampling=sampling))
+        sensors.append(
+            replace(sensor, sampling=sampling, before=_before(sensor.times, prepared.step, count))
+        )
     return replace(prepared, inputs=inputs, sensors=tuple(sensors))
 
 
@@ -296,7 +300,21 @@ def _sensor(
     if np.allclose(position, np.arange(len(at)), atol=1e-6):
         return Sensor(channel, port, values, at)
     keep = position <= len(times) - 1
-    return Sensor(channel, port, values[keep], at[keep], sampling_matrix(position[keep], padded))
+    sampling = sampling_matrix(position[keep], padded)
+    return Sensor(
+        channel, port, values[keep], at[keep], sampling, _before(at[keep], 1 / rate, padded)
+    )
+
+
+def _before(times: np.ndarray, step: float, count: int) -> csr_matrix | None:
+    """From a grid of `count` points, `step` apart, to samples that lie before a sensor's [s]."""
+    if len(times) < 2:
+        return None
+    own = times[1] - times[0]
+    more = int(times[0] / own + 1e-6)
+    return (
+        sampling_matrix((times[0] - own * np.arange(more, 0, -1)) / step, count) if more else None
+    )
 
 
 def sampling_matrix(position: np.ndarray, count: int) -> csr_matrix:
@@ -356,9 +374,8 @@ def _coarser(sensor: Sensor, factor: int, step: float, count: int, padded: int) 
     times = sensor.times[::every]
     keep = times <= (count - 1) * step
     values, times = sensor.values[::every][keep], times[keep]
-    return replace(
-        sensor, values=values, times=times, sampling=sampling_matrix(times / step, padded)
-    )
+    sampling, before = sampling_matrix(times / step, padded), _before(times, step, padded)
+    return replace(sensor, values=values, times=times, sampling=sampling, before=before)
 
 
 def _band(values: np.ndarray, rate: float) -> float:
@@ -389,11 +406,9 @@ def shortened(prepared: Prepared, count: int) -> Prepared:
             keep, sampling = count, None
         else:
             sampling = sensor.sampling[:keep, :padded]
-        sensors.append(
-            replace(
-                sensor, values=sensor.values[:keep], times=sensor.times[:keep], sampling=sampling
-            )
-        )
+        kept = replace(sensor, values=sensor.values[:keep], times=sensor.times[:keep])
+        before = _before(kept.times, prepared.step, padded)
+        sensors.append(replace(kept, sampling=sampling, before=before))
     return replace(prepared, count=count, inputs=inputs, sensors=tuple(sensors))
 
 

@@ -17,7 +17,7 @@ from ..model.respond import simulate, tangents
 from ..model.rig import Rig
 from .allowance import Allowance, Marginal, marginal_of
 from .beside import each
-from .faults import FaultyReading, faulty_readings, told_motion
+from .faults import FaultyReading, faulty_readings, misread, misread_along, told_motion
 from .free import Entry, day_entries, drive_entries, nuisance_entries, rig_entries, slot_index
 from .noise import Noise, Trust, trust_of
 from .prepare import Prepared, Sensor, opening, prepare_all
@@ -203,8 +203,8 @@ class Model:
             grid, found = self.grid(prepared, x, finer), {}
             for index, sensor in enumerate(prepared.sensors):
                 seen = sample(sensor, grid[:, index])
-                for faulty in self.faults(prepared, sensor, x):
-                    seen = faulty.read(seen, sensor.step)
+                if faults := self.faults(prepared, sensor, x):
+                    seen = misread(faults, before(sensor, grid[:, index]), seen, sensor.step)
                 found[prepared.name, sensor.channel.name] = seen
             return found
 
@@ -292,9 +292,13 @@ class Model:
         moved, record = self.sensitivity(prepared, x), []
         for index, sensor in enumerate(prepared.sensors):
             columns = sample(sensor, moved[:, index, which])
-            if grid is not None:
-                seen = sample(sensor, grid[:, index])
-                columns = self._read_along(prepared, sensor, x, seen, columns)
+            if grid is not None and (faults := self.faults(prepared, sensor, x)):
+                true, early = grid[:, index], before(sensor, moved[:, index, which])
+                readings = before(sensor, true), sample(sensor, true)
+                both = early, columns
+                columns = misread_along(faults, readings, both, sensor.step, self.scale)[1]
+                # as in `sensitivity`: what ran away is a constant to `residual`
+                columns = np.where(np.isfinite(columns), columns, 0.0)
             noise = self.noises[prepared.name, sensor.channel.name]
             record.append(self._cut(prepared, sensor, -noise.whiten(columns)))
         own = self.allowed(prepared, np.concatenate(record))
@@ -330,20 +334,6 @@ class Model:
             self.causes, self.entries, values, held, sensor, driven, prepared.name
         )
 
-    def _read_along(
-        self,
-        prepared: Prepared,
-        sensor: Sensor,
-        x: np.ndarray,
-        seen: np.ndarray,
-        moved: np.ndarray,
-    ) -> np.ndarray:
-        for faulty in self.faults(prepared, sensor, x):
-            moved = faulty.along(seen, moved, sensor.step, self.scale)
-            seen = faulty.read(seen, sensor.step)
-        # as in `sensitivity`: what ran away is a constant to `residual`
-        return np.where(np.isfinite(moved), moved, 0.0)
-
     def _cut(self, prepared: Prepared, sensor: Sensor, block: np.ndarray) -> np.ndarray:
         if not np.isfinite(self.horizon) and not self.only_opening:
             return block
@@ -371,6 +361,11 @@ def sample(sensor: Sensor, grid: np.ndarray) -> np.ndarray:
     if sensor.sampling is not None:
         return sensor.sampling @ grid
     return grid[: len(sensor.values)]
+
+
+def before(sensor: Sensor, grid: np.ndarray) -> np.ndarray:
+    """Values on the simulation's grid at the sensor's interval before its first sample [unit]."""
+    return grid[:0] if sensor.before is None else sensor.before @ grid
 
 
 def base_entries(problem: Problem) -> tuple[Entry, ...]:

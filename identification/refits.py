@@ -6,13 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from .evidence import delta_bic
-from .extend import extend, thinned
+from .extend import extend, extended_model, thinned, without
 from .fit import Fit, solve
-from .screen import Candidate
+from .screen import Candidate, alikeness, screen
 from .standing import MISFIT_SHOWN, misfit_chance
 from .swung import is_swung
 from .told import from_told, told_trials
 from .trial import (
+    BETTER,
+    RIVAL,
     UNSHOWN,
     Trial,
     limit_of,
@@ -71,7 +73,7 @@ def quick_refits(
     start = solve(thinned(fit.model), fit.x, 6)
     quick: list[tuple[Fit, Candidate]] = []
     worth = [c for c in without_general(open_) if c.gain > WORTH * open_[0].gain]
-    chosen = with_other_places(worth, TRIALS) if len(worth) > 1 else list(open_[:2])
+    chosen = with_other_places(worth if len(worth) > 1 else open_[:2], open_, TRIALS)
     done: Candidate | None = None  # one that leaves no misfit
     least = 0.0 if misfit_chance(fit) < MISFIT_SHOWN else UNSHOWN
     promise = promising(fit, chosen, least)
@@ -138,3 +140,43 @@ def _worth_whole(
         hopeless = fit.cost - best >= max(HOPELESS, BEHIND * best)
         (aside if hopeless and candidate.name not in limits else kept).append((fit, candidate))
     return kept, sorted(aside, key=lambda pair: pair[0].cost)
+
+
+EXCHANGE = 0.5
+"""Share of a law's gain, where its constants stand, beyond which one that looks like it is tried
+from there [-]."""
+
+
+def exchanged(fit: Fit, trial: Trial, candidates: Sequence[Candidate]) -> list[Trial]:
+    """Trials of the laws that look like a trial's own, from the constants that it asks for.
+
+    Without a cause constants are drawn far away, and the way from there to where a law belongs may
+    be closed to it while it is open to one that is like it.
+
+    Args:
+        fit: of the model as grown so far, on the whole records.
+        trial: a law that would be accepted.
+        candidates: the screen of `fit`.
+
+    Returns:
+        The trials that explain more than it does by the same weights.
+
+    Source: tests/identification/test_exchange.py.
+    """
+    own = next((c for c in candidates if c.name == trial.candidate.name), trial.candidate)
+    alike = [c for c in candidates if c.name != own.name and alikeness(c, own) > RIVAL]
+    alike = [c for c in alike if limit_of(c) != own.name and limit_of(own) != c.name]
+    if not alike:
+        return []
+    bare = without(trial.fit, *own.cause)
+    there = screen(solve(bare.model, bare.x, 0), [own.cause, *(c.cause for c in alike)])
+    least = EXCHANGE * next(c.gain for c in there if c.name == own.name)
+    found = []
+    for candidate in there:
+        if candidate.name == own.name or candidate.gain < least:
+            continue
+        other = extend(bare, candidate, 25)
+        if other.cost < trial.fit.cost - BETTER:
+            full = solve(extended_model(fit, candidate), other.x, 25)
+            found.append(Trial(candidate, full, delta_bic(fit, full)))
+    return sorted(found, key=lambda one: -one.delta_bic)

@@ -226,13 +226,17 @@ def _columns(fit: Fit, trials: Sequence[Attempt]) -> Iterator[tuple[list[int], n
 
 
 def _fault_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
-    """Columns of a channel's faults at their null, about what it is said to read."""
-    blocks = []
+    """Columns of a channel's faults at their null, about what the mechanism alone says it reads.
+
+    Allowances follow the noise in part, and a filter feels most what is fast: a fit's own columns
+    are without them too.
+    """
+    blocks, predicted = [], fit.model.predict(fit.x)
     for prepared in fit.problem.records:
         driven = told_motion(prepared)
         for sensor in prepared.sensors:
             key = prepared.name, sensor.channel.name
-            seen = fit.predicted[key]
+            seen = predicted[key]
             block = np.zeros((len(seen), len(trials)))
             for column, trial in enumerate(trials):
                 place, law = trial.cause

@@ -28,6 +28,9 @@ HORIZONS = (4.0, 20.0, np.inf)
 WORTH = 0.5
 """Share of the best law's gain that another one must promise there [-]."""
 
+SEEN = 10.0
+"""Fall of the cost that the best one's law must promise at another place [-]."""
+
 
 def told_fit(fit: Fit) -> Fit:
     """The records' own numbers fitted, with all constants at what the rig says.
@@ -79,8 +82,8 @@ def told_trials(
 
     Returns:
         That fit, and the `MOST` candidates of its screen that gain most, or twice as many where
-        they are near each other, the best one's law wherever else it is worth a trial; none where
-        errors of the model do not dominate.
+        they are near each other, the best one's law at every other place where it is seen; none
+        where errors of the model do not dominate.
 
     Source: DESIGN's fourth step; tests/identification/test_told.py.
     """
@@ -90,7 +93,7 @@ def told_trials(
     found = screen(told)
     worth = [c for c in without_general(found) if c.gain > WORTH * found[0].gain]
     near = [c for c in worth[MOST : 2 * MOST] if c.gain > NEARLY * found[0].gain]
-    chosen = with_other_places(worth, MOST)
+    chosen = with_other_places(worth, [c for c in found if c.gain > SEEN], MOST)
     chosen += [c for c in near if c not in chosen]
     return told, chosen + [c for c in found if always(c) and c not in chosen]
 

@@ -79,14 +79,16 @@ def with_limits(chosen: Sequence[Candidate], open_: Sequence[Candidate]) -> list
     return [c for c in open_ if c.name in names]
 
 
-def with_other_places(worth: Sequence[Candidate], count: int) -> list[Candidate]:
-    """The first `count` candidates, and the best one's law wherever else it is worth a trial.
+def with_other_places(
+    worth: Sequence[Candidate], open_: Sequence[Candidate], count: int
+) -> list[Candidate]:
+    """The first `count` that are worth a trial, and the best one's law wherever else it is open.
 
     A column at zero strength says less of the place than of the law: springs in a row share a
-    motion, and a strong law changes how they do.
+    motion, and a strong law changes how they do. So a place is no worse for gaining little there.
     """
     chosen = list(worth[:count])
-    return chosen + [c for c in worth[count:] if c.law.name == worth[0].law.name]
+    return chosen + [c for c in open_ if c.law.name == worth[0].law.name and c not in chosen]
 
 
 def interval(trial: Trial) -> float:
@@ -219,5 +221,7 @@ def explains_only(share: float) -> str:
 IDLE = "dropped: a later cause made it idle"
 
 SIMPLER = "refused: its simpler case foretells held-out records better"
+
+TAKEN = "refused: a law that looks like it explains more from the same constants"
 
 NO_GAIN = "refused: held-out records are foretold no better"

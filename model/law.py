@@ -117,10 +117,12 @@ class Fault:
         read: ``read(strength, shapes, values, step)``: what it says, shape (n,) [unit].
         along: ``along(strength, shapes, values, step, by_strength, by_shapes, by_values)``:
             derivative of that along k directions, of shapes (k,), one (k,) a shape, and (n, k).
+        remembers: whether a reading hangs on what was there before the first sample too.
     """
 
     read: Callable[..., Any]
     along: Callable[..., Any]
+    remembers: bool = False
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ LAW = Law(
     dimension=(0, 0, -1),
     natural=lambda scales: 0.1 / scales.time,
     slot="fault",
-    fault=Fault(_read, _along),
+    fault=Fault(_read, _along, remembers=True),
     signed=False,
     formula="y = y_true - u, du/dt = corner (y_true - u)",
     sentence="The channel {place} forgets what is slow, below a corner of {value}.",

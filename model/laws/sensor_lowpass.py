@@ -73,7 +73,7 @@ LAW = Law(
     dimension=(0, 0, 1),
     natural=lambda scales: 0.1 * scales.time,
     slot="fault",
-    fault=Fault(_read, _along),
+    fault=Fault(_read, _along, remembers=True),
     signed=False,
     formula="time_constant dy/dt = y_true - y",
     sentence="The channel {place} rounds off what is fast, with a time constant of {value}.",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from argparse import ArgumentParser
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -105,7 +106,8 @@ def _fits() -> None:
         told(words, race.lmfit / race.fit, GOALS["lmfit"], most=False)
         print(f"  their answers are {race.apart:.2g} standard errors apart at most")
     gate = "passed" if race.converged else "NOT passed"
-    told(f"posterior, gate {gate} [s]", race.posterior, GOALS["posterior"], most=True)
+    told(f"posterior on the clock, gate {gate} [s]", race.posterior, GOALS["posterior"], most=True)
+    print(f"  {race.work:.0f} s of processor time, on {os.cpu_count()} cores")
     for name, theirs in (("emcee", race.emcee), ("PINTS", race.pints)):
         words = f"times the effective samples a second of {name} over solve_ivp"
         told(words, race.ours / theirs, GOALS[name], most=False)

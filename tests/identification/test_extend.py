@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from supple.identification.extend import extended_model, held_out, thinned
+from supple.identification.extend import extended_model, held_out, thinned, without
 from supple.identification.fit import fit_base, solve
 from supple.identification.problem import (
     Model,
@@ -124,3 +124,18 @@ def test_an_extended_model_at_zero_strength_is_the_old_one(softening_fit):
         x = np.append(softening_fit.x, [0.0, *shapes])
         null = solve(model, x, 0)
         assert null.cost == pytest.approx(softening_fit.cost, rel=1e-3), candidate.name
+
+
+def test_every_law_that_is_taken_out_takes_all_its_numbers_along(softening_fit):
+    slots = set()
+    for candidate in screen(softening_fit):
+        model = extended_model(softening_fit, candidate)
+        more = [entry.value / entry.scale for entry in model.entries[len(softening_fit.x) :]]
+        size = len(softening_fit.x) + len(more)
+        x = np.append(softening_fit.x, more)
+        grown = replace(softening_fit, model=model, x=x, covariance=np.zeros((size, size)))
+        bare = without(grown, *candidate.cause)
+        assert bare.model.entries == softening_fit.model.entries, candidate.name
+        assert bare.model.causes == () and bare.x.shape == bare.covariance[0].shape
+        slots.add(candidate.law.slot)
+    assert {"", "offset", "fault"} <= slots

@@ -160,7 +160,7 @@ def test_laws_that_promise_nearly_the_same_there_are_all_tried(monkeypatch):
     assert [one.name for one in told_trials(fit)[1]] == ["best"]
 
 
-def test_the_best_law_is_tried_wherever_it_is_worth_it(monkeypatch):
+def test_the_best_law_is_tried_wherever_it_is_seen(monkeypatch):
     from supple.identification import told as module
 
     found = [
@@ -169,6 +169,7 @@ def test_the_best_law_is_tried_wherever_it_is_worth_it(monkeypatch):
         candidate("relaxation", 48.0, "shaft"),
         candidate("quadratic_damping", 43.0, "shaft"),
         candidate("quadratic_damping", 20.0, "sleeve"),
+        candidate("quadratic_damping", 2.0, "base"),
     ]
     monkeypatch.setattr(module, "worst_ratio", lambda fit: 10 * module.DOMINATED)
     monkeypatch.setattr(module, "told_fit", lambda fit: fit)
@@ -178,4 +179,5 @@ def test_the_best_law_is_tried_wherever_it_is_worth_it(monkeypatch):
         ("wrist", "quadratic_damping"),
         ("clubhead", "quadratic_damping"),
         ("shaft", "quadratic_damping"),
+        ("sleeve", "quadratic_damping"),
     ]

@@ -73,11 +73,13 @@ def test_a_tone_where_the_model_does_not_move_is_misfit(size, found):
     assert (misfit.ratio > 3.0) is found
 
 
-def test_the_best_law_is_tried_at_every_place_that_is_worth_it():
-    first = [candidate("hysteresis", 9.0, "shaft"), candidate("clearance", 8.0, "wrist")]
-    rest = [candidate("hysteresis", 3.0, "sleeve"), candidate("clearance", 2.0, "sleeve")]
-    chosen = with_other_places([*first, *rest], 2)
+def test_the_best_law_is_tried_at_every_place_that_is_open():
+    worth = [candidate("hysteresis", 9.0, "shaft"), candidate("clearance", 8.0, "wrist")]
+    faint = [candidate("clearance", 0.2, "sleeve"), candidate("hysteresis", 0.1, "sleeve")]
+    chosen = with_other_places(worth, [*worth, *faint], 2)
     assert [c.name for c in chosen] == ["shaft/hysteresis", "wrist/clearance", "sleeve/hysteresis"]
+    alone = with_other_places(worth[:1], [*worth, *faint], 2)
+    assert [c.name for c in alone] == ["shaft/hysteresis", "sleeve/hysteresis"]
 
 
 def test_only_laws_with_corners_are_tried_with_sharper_ones():

@@ -1,0 +1,71 @@
+"""A law that was reached first gives way to one that looks like it and explains more."""
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from supple.identification import refits
+from supple.identification.refits import exchanged
+from supple.identification.screen import Candidate
+from supple.identification.trial import Trial
+from tests.identification.test_refits import stand_in
+from tests.identification.test_told import diagnosed
+from tests.identification.test_trial import candidate
+
+
+@pytest.fixture
+def costs(monkeypatch) -> dict[str, float]:
+    """Costs of refits by name, which a test fills in, for a machine without any model."""
+    found: dict[str, float] = {}
+    monkeypatch.setattr(refits, "solve", lambda model, x, evaluations: model.fit)
+    monkeypatch.setattr(refits, "without", lambda fit, place, law: fit)
+    monkeypatch.setattr(refits, "extend", lambda fit, one, evaluations: stand_in(found[one.name]))
+    monkeypatch.setattr(
+        refits, "extended_model", lambda fit, one: SimpleNamespace(fit=stand_in(found[one.name]))
+    )
+    monkeypatch.setattr(refits, "delta_bic", lambda before, after: before.cost - after.cost)
+    return found
+
+
+def facing(one: Candidate, *column: float) -> Candidate:
+    return replace(one, column=np.array(column) / np.linalg.norm(column))
+
+
+def test_only_what_looks_like_a_law_and_explains_more_takes_its_place(costs, monkeypatch):
+    late = facing(candidate("sensor_delay", 900.0, "head"), 1.0, 0.0)
+    slow = facing(candidate("sensor_lowpass", 850.0, "head"), 1.0, 0.1)
+    worse = facing(candidate("servo_lag", 800.0, "drive"), 1.0, 0.2)
+    other = facing(candidate("gravity", 700.0, "head"), 0.0, 1.0)
+    asked: list[str] = []
+
+    def screen(fit: Any, causes: Any) -> list[Candidate]:
+        asked.extend(f"{place}/{law.name}" for place, law in causes)
+        return [late, slow, worse]
+
+    monkeypatch.setattr(refits, "screen", screen)
+    costs.update({"head/sensor_lowpass": 100.0, "drive/servo_lag": 205.0})
+    trial = Trial(late, cast(Any, stand_in(200.0)), 4800.0)
+    found = exchanged(cast(Any, stand_in(5000.0)), trial, [late, slow, worse, other])
+    assert [(one.candidate.name, one.delta_bic) for one in found] == [
+        ("head/sensor_lowpass", 4900.0)
+    ]
+    assert asked == ["head/sensor_delay", "head/sensor_lowpass", "drive/servo_lag"]
+
+
+def test_nothing_looks_like_a_law_nothing_is_computed(costs):
+    one = facing(candidate("gravity", 9.0), 1.0, 0.0)
+    other = facing(candidate("cubic_stiffness", 8.0), 0.0, 1.0)
+    trial = Trial(one, cast(Any, stand_in(1.0)), 10.0)
+    assert exchanged(cast(Any, stand_in(5.0)), trial, [one, other]) == []
+
+
+@pytest.mark.slow
+def test_a_filter_is_no_delay(tmp_path: Path):
+    """A delay of 11.7 ms explains nearly all of what a filter of 11.2 ms does."""
+    names, found = diagnosed(tmp_path, "sensor_lowpass", "head_acc", 87000)
+    assert found.status == "named" and names == ["head_acc/sensor_lowpass"]
+    assert found.final.value(found.final.index(names[0])) == pytest.approx(0.01121, rel=0.03)

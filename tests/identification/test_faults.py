@@ -1,0 +1,84 @@
+"""What a faulty channel says, where its samples begin only after it has seen something."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from supple.identification.faults import FaultyReading, misread, misread_along
+from supple.identification.prepare import coarser, prepare, shortened
+from supple.identification.records import read_record
+from supple.model.law import library
+from supple.model.mechanism import mechanism_of
+from supple.model.rig import read_rig
+
+STEP, EARLY = 0.001, 300
+
+
+def fault(name: str, *values: float) -> FaultyReading:
+    law = library()[name]
+    assert law.fault is not None
+    return FaultyReading(law, law.fault, values, tuple(range(len(values))))
+
+
+def readings(count: int) -> np.ndarray:
+    at = STEP * np.arange(count)
+    return np.exp(-2 * at) * np.sin(30 * at) + 0.3 * (at > 0.29)
+
+
+@pytest.mark.parametrize("name, strength", [("sensor_lowpass", 0.02), ("sensor_highpass", 3.0)])
+def test_a_filter_has_seen_what_came_before_its_first_sample(name, strength):
+    true, one = readings(900), fault(name, strength)
+    whole = one.read(true, STEP)
+    said = misread([one], true[:EARLY], true[EARLY:], STEP)
+    np.testing.assert_allclose(said, whole[EARLY:], rtol=0, atol=1e-14)
+    assert np.max(np.abs(said - one.read(true[EARLY:], STEP))) > 0.005, "it starts in a transient"
+
+
+def test_what_forgets_begins_with_the_channel():
+    true, one = readings(900), fault("mains_hum", 0.2, 50.0, 0.7)
+    said = misread([one], true[:EARLY], true[EARLY:], STEP)
+    np.testing.assert_array_equal(said, one.read(true[EARLY:], STEP))
+
+
+@pytest.mark.parametrize("first", ["sensor_lowpass", "sensor_highpass"])
+def test_derivatives_are_those_of_the_readings(first):
+    true, by, size = readings(600), np.cos(7 * STEP * np.arange(600)), 1e-6
+
+    def said(strength: float, moved: float) -> np.ndarray:
+        both = [fault(first, strength), fault("sensor_rectified", 0.1)]
+        both[1] = FaultyReading(both[1].law, both[1].fault, both[1].values, (None,))
+        values = true + moved * by
+        return misread(both, values[:EARLY], values[EARLY:], STEP)
+
+    strength = 0.015 if first == "sensor_lowpass" else 4.0
+    faults = [fault(first, strength), fault("sensor_rectified", 0.1)]
+    faults[1] = FaultyReading(faults[1].law, faults[1].fault, faults[1].values, (None,))
+    columns = np.stack([np.zeros(600), by], axis=1)
+    parts = (true[:EARLY], true[EARLY:]), (columns[:EARLY], columns[EARLY:])
+    values, slopes = misread_along(faults, *parts, STEP, np.ones(2))
+    np.testing.assert_array_equal(values, said(strength, 0.0))
+    for column, change in enumerate(((size, 0.0), (0.0, size))):
+        up, down = said(strength + change[0], change[1]), said(strength - change[0], -change[1])
+        expected = (up - down) / (2 * size)
+        np.testing.assert_allclose(slopes[:, column], expected, atol=1e-6 * np.ptp(expected))
+
+
+def test_a_struck_robot_is_followed_from_before_its_first_sample(tmp_path):
+    command = [sys.executable, "-m", "tests.lab", "draw", "--bench", "A", "--seed", "87000"]
+    root = Path(__file__).parents[2]
+    subprocess.run([*command, "--out", str(tmp_path)], cwd=root, check=True, capture_output=True)
+    record = read_record(tmp_path / "records" / "train_03_impact.toml")
+    rig = read_rig(record.rig_path)
+    numbers = {name: number.value for name, number in rig.parameters.items()}
+    whole = prepare(record, mechanism_of(rig), numbers)
+    for prepared in (whole, coarser(whole), shortened(whole, whole.count // 2)):
+        grid = prepared.step * np.arange(len(prepared.inputs))
+        for sensor in prepared.sensors:
+            assert sensor.sampling is not None and sensor.before is not None
+            times = np.concatenate([sensor.before @ grid, sensor.sampling @ grid])
+            assert -1e-12 <= times[0] < sensor.step
+            np.testing.assert_allclose(np.diff(times), sensor.step, rtol=1e-9)
+            np.testing.assert_allclose(times[-len(sensor.times) :], sensor.times, atol=1e-12)
