@@ -155,6 +155,7 @@ class _Search:
         self.rivals: list[Trial] = []
         self.trials: list[Trial] = []
         self.stages: list[Fit] = [base]
+        self.idle: set[str] = set()
         self.first: list[Candidate] = []
         self.left: list[Candidate] = []
         self.held: HeldOut | None = None
@@ -190,7 +191,7 @@ class _Search:
 
     def step(self) -> bool:
         """Try to accept one more law (or a pair); whether one was accepted."""
-        candidates = screen(self.fit)
+        candidates = [c for c in screen(self.fit) if c.name not in self.idle]
         self.left = candidates
         self.first = self.first or candidates
         count = max(len(candidates), 1)
@@ -329,20 +330,26 @@ class _Search:
         self.stages = [self.base, *(trial.fit for trial in self.accepted)]
 
     def _drop_idle(self) -> None:
-        """The backward step: causes that a later one made idle are none."""
-        for trial in self.accepted[:-1]:
-            place, law = trial.candidate.cause
-            self.progress(f"trying without {trial.candidate.name}")
-            bare = without(self.fit, place, law)
+        """The backward step: causes that a later one made idle are none.
+
+        Neither is the last one, where it only led the way to better constants.
+        """
+        for name in [one.candidate.name for one in self.accepted]:
+            if len(self.accepted) == 1:
+                return
+            trial = next(one for one in self.accepted if one.candidate.name == name)
+            self.progress(f"trying without {name}")
+            bare = without(self.fit, *trial.candidate.cause)
             bare = solve(bare.model, bare.x, 40, CRAWL)
             gain = delta_bic(bare, self.fit)
             if gain >= (UNSHOWN if misfit_chance(bare) > MISFIT_SHOWN else LEAST_EVIDENCE):
                 continue
             fit = polished(settle(bare, at_last=False))
-            last = replace(self.accepted[-1], fit=fit, held=self._foretell(fit))
-            kept = [one for one in self.accepted[:-1] if one is not trial]
+            *kept, last = [one for one in self.accepted if one is not trial]
+            last = replace(last, fit=fit, held=self._foretell(fit))
             self.accepted, self.fit, self.held = [*kept, last], fit, last.held
             self.trials.append(replace(trial, verdict=IDLE))
+            self.idle.add(name)
 
     def _rivals(self, best: Trial, others: Sequence[Trial]) -> list[Trial]:
         """Other laws that explain the records as well and cannot be told apart."""

@@ -218,7 +218,7 @@ def explains_only(share: float) -> str:
     return f"refused: it explains only {100 * share:.0f} % of the misfit beyond the noise"
 
 
-IDLE = "dropped: a later cause made it idle"
+IDLE = "dropped: beside the other causes it is idle"
 
 SIMPLER = "refused: its simpler case foretells held-out records better"
 

@@ -98,13 +98,14 @@ def _fits() -> None:
         print(f"  {words:<58}{_figure(value):>9} (goal {goal:g}: {which})")
 
     told("fit, compiled [s]", race.fit, GOALS["fit"], most=True)
-    words = "times less than lmfit over solve_ivp"
+    words = "times less than lmfit over solve_ivp, at least"
     if race.apart > AGREE:  # then there is no ratio: it did not do the same
         print(f"  lmfit stopped after {race.lmfit:.0f} s, {race.apart:.2g} standard errors away")
         print(f"  with {100 * race.worse:.2g} % more left than ours: no ratio is claimed")
     else:
         told(words, race.lmfit / race.fit, GOALS["lmfit"], most=False)
-        print(f"  their answers are {race.apart:.2g} standard errors apart at most")
+        print(f"  their answers are {race.apart:.2g} standard errors apart at most; it leaves")
+        print(f"  {100 * race.worse:.2g} % more than ours, from a start that is nearer")
     gate = "passed" if race.converged else "NOT passed"
     told(f"posterior on the clock, gate {gate} [s]", race.posterior, GOALS["posterior"], most=True)
     print(f"  {race.work:.0f} s of processor time, on {os.cpu_count()} cores")

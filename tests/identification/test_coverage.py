@@ -12,8 +12,9 @@ from supple.identification.weighing import with_laws
 from tests.identification.benches import Bench, make_bench
 from tests.identification.replicates import NAMES, drawn, small
 
-SETS = {"ar1 of 0.95": 1200, "growing": 800}
-"""Of these, of all others 400: near a limit chance alone decides on fewer. Under AR(1) of 0.95 the
+SETS = {"white": 1200, "ar1 of 0.95": 1200, "growing": 800}
+"""Of these, of all others 400: near a limit chance alone decides on fewer. Under white noise the
+first 400 hold 94.5 and 93.0 %, the next 800 93.6 and 95.6 %. Under AR(1) of 0.95 the
 first 400 hold 92.5 and 92.8 %, the next 800 94.3 and 94.1 %; told the true law of the noise, errors
 of the first are as far off."""
 

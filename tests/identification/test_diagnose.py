@@ -134,6 +134,21 @@ def test_a_cause_that_a_later_one_made_idle_is_dropped(softening_diagnosis):
     assert search.stages == [base, search.fit]
 
 
+def test_a_cause_that_only_led_the_way_to_better_constants_is_dropped(softening_diagnosis):
+    right, base = softening_diagnosis.accepted[0], softening_diagnosis.base
+    guide = next(c for c in screen(base) if c.law.name == "quadratic_damping")
+    stuck = replace(right, fit=replace(right.fit, cost=50.0 * right.fit.cost))
+    both = Trial(guide, extend(right.fit, guide, 40), 100.0)
+    search = diagnosing._Search(base, None, lambda text: None)
+    search._accept([stuck, both], [])
+    assert [one.candidate.name for one in search.accepted] == ["spring/cubic_stiffness"]
+    assert (search.trials[-1].candidate, search.trials[-1].verdict) == (guide, diagnosing.IDLE)
+    assert search.accepted[0].fit is search.fit and search.stages == [base, search.fit]
+    assert search.fit.cost == pytest.approx(softening_diagnosis.final.cost, abs=1.0)
+    search.step()
+    assert guide.name not in {candidate.name for candidate in search.left}
+
+
 def test_a_strength_at_the_end_of_what_can_be_is_refused(softening_diagnosis, monkeypatch):
     trial = softening_diagnosis.accepted[0]
     index = trial.fit.index(trial.candidate.entry.label)
