@@ -71,7 +71,7 @@ def test_a_struck_robot_is_followed_from_before_its_first_sample(tmp_path):
     root = Path(__file__).parents[2]
     subprocess.run([*command, "--out", str(tmp_path)], cwd=root, check=True, capture_output=True)
     record = read_record(tmp_path / "records" / "train_03_impact.toml")
-    rig = read_rig(record.rig_path)
+    rig = read_rig(tmp_path / "records" / "rig.toml")
     numbers = {name: number.value for name, number in rig.parameters.items()}
     whole = prepare(record, mechanism_of(rig), numbers)
     for prepared in (whole, coarser(whole), shortened(whole, whole.count // 2)):
