@@ -312,9 +312,8 @@ def _before(times: np.ndarray, step: float, count: int) -> csr_matrix | None:
         return None
     own = times[1] - times[0]
     more = int(times[0] / own + 1e-6)
-    return (
-        sampling_matrix((times[0] - own * np.arange(more, 0, -1)) / step, count) if more else None
-    )
+    earlier = times[0] - own * np.arange(more, 0, -1)
+    return sampling_matrix(earlier / step, count) if more else None
 
 
 def sampling_matrix(position: np.ndarray, count: int) -> csr_matrix:

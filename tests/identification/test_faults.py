@@ -17,10 +17,11 @@ from supple.model.rig import read_rig
 STEP, EARLY = 0.001, 300
 
 
-def fault(name: str, *values: float) -> FaultyReading:
+def fault(name: str, *values: float, open_: bool = True) -> FaultyReading:
     law = library()[name]
     assert law.fault is not None
-    return FaultyReading(law, law.fault, values, tuple(range(len(values))))
+    entries = tuple(index if open_ else None for index in range(len(values)))
+    return FaultyReading(law, law.fault, values, entries)
 
 
 def readings(count: int) -> np.ndarray:
@@ -47,15 +48,15 @@ def test_what_forgets_begins_with_the_channel():
 def test_derivatives_are_those_of_the_readings(first):
     true, by, size = readings(600), np.cos(7 * STEP * np.arange(600)), 1e-6
 
+    def both(strength: float) -> list[FaultyReading]:
+        return [fault(first, strength), fault("sensor_rectified", 0.1, open_=False)]
+
     def said(strength: float, moved: float) -> np.ndarray:
-        both = [fault(first, strength), fault("sensor_rectified", 0.1)]
-        both[1] = FaultyReading(both[1].law, both[1].fault, both[1].values, (None,))
         values = true + moved * by
-        return misread(both, values[:EARLY], values[EARLY:], STEP)
+        return misread(both(strength), values[:EARLY], values[EARLY:], STEP)
 
     strength = 0.015 if first == "sensor_lowpass" else 4.0
-    faults = [fault(first, strength), fault("sensor_rectified", 0.1)]
-    faults[1] = FaultyReading(faults[1].law, faults[1].fault, faults[1].values, (None,))
+    faults = both(strength)
     columns = np.stack([np.zeros(600), by], axis=1)
     parts = (true[:EARLY], true[EARLY:]), (columns[:EARLY], columns[EARLY:])
     values, slopes = misread_along(faults, *parts, STEP, np.ones(2))
