@@ -19,7 +19,7 @@ from .evidence import (
 )
 from .extend import HeldOut, extend, held_out, without, worst_ratio
 from .fit import CRAWL, DOMINATED, Fit, fit_base, polished, settle, solve
-from .form import within_form
+from .form import within_form, within_next
 from .problem import Problem, make_problem
 from .records import Record, check_record_against_rig, split_records
 from .refits import Progress, exchanged, quick_refits, whole_refits
@@ -191,13 +191,17 @@ class _Search:
 
     def step(self) -> bool:
         """Try to accept one more law (or a pair); whether one was accepted."""
+        if self.rivals:
+            return False
         candidates = [c for c in screen(self.fit) if c.name not in self.idle]
+        if self.accepted and within_next(self.fit):  # a told motion's laws are exact
+            candidates = [c for c in candidates if self._swings(c)]
         self.left = candidates
         self.first = self.first or candidates
         count = max(len(candidates), 1)
         limit = SIGNIFICANCE if misfit_chance(self.fit) < MISFIT_SHOWN else UNASKED
         open_ = [c for c in candidates if c.p_value * count < limit]
-        if not open_ or self.rivals:
+        if not open_:
             return False
         quick = quick_refits(self.fit, open_, self.accepted, self.progress)
         while quick.tried:
@@ -265,14 +269,11 @@ class _Search:
     def _half_asked(self, trial: Trial) -> bool:
         """Whether a law must take away half of what is left.
 
-        So it is once a cause is named and what is left is no more than a lumped club leaves of a
-        real one, or once what small motions leave out of a swing explains nearly all: of that,
+        So it is once what small motions leave out of a swing explains nearly all: of what is left,
         many laws take a little.
         """
         named = any(self._swings(one.candidate) for one in self.accepted)
         more = not self._swings(trial.candidate)
-        if self.accepted and within_form(self.fit):
-            return True
         return named and more and explained(self.base, self.fit) >= SURE_SHARE
 
     def _simpler(self, trial: Trial, trials: Sequence[Trial]) -> Trial:

@@ -7,7 +7,7 @@ import pytest
 
 from supple.identification import form
 from supple.identification.fit import Fit
-from supple.identification.form import form_share, form_words, within_form
+from supple.identification.form import form_share, form_words, within_form, within_next
 from supple.model.robot import Robot
 
 
@@ -38,3 +38,15 @@ def test_only_robots_have_an_allowance_and_only_a_small_one(clean_fit, monkeypat
     assert within_form(on_robot(little)) and not within_form(on_robot(much))
     assert not within_form(on_robot(clean_fit))  # where none shows, none is allowed for
     assert "lumped club" in form_words(on_robot(little)) and form_words(on_robot(much)) == ""
+
+
+def test_beside_a_named_cause_of_a_robot_more_is_let_pass(clean_fit):
+    below, above = (with_misfit(clean_fit, share * form.NEXT) for share in (0.7, 1.4))
+    assert not within_next(below)  # chains are what they are told to be
+    robot = Robot("fixed_collet", ())
+    told = [
+        replace(fit, model=replace(fit.model, problem=replace(fit.problem, mechanism=robot)))
+        for fit in (below, above)
+    ]
+    assert [within_next(fit) for fit in told] == [True, False]
+    assert form.LUMPED < form_share(told[0])
