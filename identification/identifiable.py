@@ -131,12 +131,13 @@ def words_of(
         value, std = abs(float(values[i])), float(deviation[i])
         start = abs(float(starts[i]))
         size_of = max(value, start) if label in bound else value
-        lost = std > FLAT * size_of
+        nought = label in bound and size_of == 0.0  # it has no size of its own to be told by
+        lost = std > FLAT * size_of and not nought
         faint = alone is not None and alone[i] > FAINT * size_of
         moved = abs(float(values[i] - starts[i])) > 1e-9 * (start or 1.0)
         one: dict[str, Any]
         if lost and faint:
-            error = float(alone[i]) / size_of if alone is not None else 0.0
+            error = float(alone[i]) / size_of if alone is not None and size_of else np.inf
             much = f"of {100 * error:.0f} %" if error < 1 else "beyond itself"
             one = _one("flat", f"is hardly visible: an error {much} even with all others known")
         elif label in idle:

@@ -155,15 +155,16 @@ def _check(times: np.ndarray, arm: np.ndarray, club: np.ndarray, knots: int) -> 
 
 
 def _arm(times: np.ndarray, angle: np.ndarray, length: float, pull: float) -> Arm:
-    """The arm between samples: the smoothest spline that its noise bears out, by BIC.
+    """The arm between samples: a spline one step finer than what its noise bears out, by BIC.
 
-    Least squares on even knots, not a penalty, which would take from the arm's acceleration.
+    What BIC takes for smooth has errors that no knot of it can mend; of finer knots the errors
+    are noise, and the club's own angle helps to tell them. Least squares, not a penalty, which
+    would take from the arm's acceleration.
     """
-    count, least = len(times), np.inf
-    span = float(times[-1] - times[0])
-    best: tuple[BSpline, np.ndarray] | None = None
+    count, least, chosen = len(times), np.inf, 0
+    splines = []
     for spacing in KNOTS:
-        pieces = min(max(1, round(span / spacing)), count // 6)
+        pieces = min(max(1, round(float(np.ptp(times)) / spacing)), count // 6)
         inner = np.linspace(times[0], times[-1], pieces + 1)
         knots = np.concatenate([[times[0]] * 5, inner, [times[-1]] * 5])
         design = BSpline.design_matrix(times, knots, 5).toarray()
@@ -171,18 +172,20 @@ def _arm(times: np.ndarray, angle: np.ndarray, length: float, pull: float) -> Ar
         left = angle - design @ sizes
         bic = count * np.log(float(np.mean(left**2)) + 1e-24) + (pieces + 5) * np.log(count)
         if bic < least:
-            std = float(np.sqrt(np.sum(left**2) / (count - len(sizes))))
-            root = np.linalg.qr(design)[1]
-            best, least = (BSpline(knots, sizes, 5), np.linalg.inv(root) * std), bic
-    assert best is not None
-    return Arm(best[0], length, pull, best[1])
+            least, chosen = bic, len(splines)
+        splines.append((knots, design, sizes, left))
+    knots, design, sizes, left = splines[min(chosen + 1, len(splines) - 1)]
+    std = float(np.sqrt(np.sum(left**2) / (count - len(sizes))))
+    root = np.linalg.qr(design)[1]
+    return Arm(BSpline(knots, sizes, 5), length, pull, np.linalg.inv(root) * std)
 
 
 @dataclass(frozen=True, eq=False)
 class _Task:
     """What is measured, and unknowns x: log stiffnesses, log damping, rest, start state.
 
-    Then how far the arm is off, once `moved` says what that does to the club's angle.
+    Then how far the arm is off, once `moved` says what that does to the club's angle: from where
+    it is off by `shift`, which `arm` has in it.
     """
 
     times: np.ndarray
@@ -193,6 +196,7 @@ class _Task:
     std: float = 1.0
     noise: Noise | None = None
     moved: np.ndarray | None = None
+    shift: np.ndarray | float = 0.0
 
     @property
     def own(self) -> int:
@@ -218,16 +222,23 @@ class _Task:
     def predicted(self, x: np.ndarray) -> np.ndarray:
         """The club's angle, with the arm off as x says to first order, shape (t,) [rad]."""
         angle = self.simulated(x[:, None])[:, 0]
-        return angle if self.moved is None else angle + self.moved @ x[self.own :]
+        return angle if self.moved is None else angle + self.moved @ (x[self.own :] - self.shift)
 
     def doubted(self, x: np.ndarray) -> _Task:
-        """The task that knows what the arm's own errors do to the club's angle."""
+        """The task that knows what the arm's own errors do to the club's angle.
+
+        About the arm as x has it: about the measured one slopes would be those of its noise, too
+        small of a damping as of anything that is regressed on what is not exact.
+        """
         curves = self.arm.doubt.shape[1]
+        shift = x[self.own :] if len(x) > self.own else np.zeros(curves)
+        arm = self.arm.shifted(shift - self.shift)
         n, off = self.springs, np.hstack([np.eye(curves), -np.eye(curves)]) * 1e-2
         same = np.repeat(x[: self.own, None], 2 * curves, axis=1)
         wrist = np.exp(same[:n]), np.exp(same[n]), same[n + 1], same[n + 2 :]
-        both = swing(self.club, self.arm, self.times, self.instants, *wrist, off)
-        return replace(self, moved=(both[:, :curves] - both[:, curves:]) / 2e-2)
+        both = swing(self.club, arm, self.times, self.instants, *wrist, off)
+        moved = (both[:, :curves] - both[:, curves:]) / 2e-2
+        return replace(self, arm=arm, shift=shift, moved=moved)
 
     def whitened(self, gap: np.ndarray) -> np.ndarray:
         return gap / self.std if self.noise is None else self.noise.whiten(gap)

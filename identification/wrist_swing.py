@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -80,6 +80,11 @@ class Arm:
         whole = sizes if off is None else sizes.reshape(-1, *[1] * (off.ndim - 1)) + shift
         curve = BSpline(knots, whole, degree)
         return np.stack([curve(times, nu=order) for order in range(3)], axis=1)
+
+    def shifted(self, off: np.ndarray) -> Arm:
+        """This arm, off by so much along each curve of its doubt, shape (curves,) [-]."""
+        knots, sizes, degree = self.angle.tck
+        return replace(self, angle=BSpline(knots, sizes + self.doubt @ off, degree))
 
 
 def swing(

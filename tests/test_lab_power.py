@@ -58,3 +58,13 @@ def test_added_mass_is_invisible_where_nothing_tells_a_force(tmp_path):
     if truth["records"][0]["kind"] == "decay":
         assert truth["power"]["projected_norm"] < 0.2 * truth["power"]["norm"]
     assert not truth["power"]["detectable"]
+
+
+def test_a_sleeve_that_relaxes_may_be_a_sleeve_of_another_damping(tmp_path):
+    """To first order hundreds of units are left; a damping eight times as large leaves none."""
+    truth = draw_sealed(
+        tmp_path, "A", 89000, law="relaxation", place="sleeve", model="pinned_wrist",
+        noise="outliers", train=2, held_out=0,
+    )  # fmt: skip
+    assert truth["power"]["norm"] > 100 * truth["power"]["projected_norm"]
+    assert not truth["power"]["detectable"]

@@ -97,3 +97,12 @@ def test_the_profile_of_a_grips_mass_is_open(tmp_path):
     profile = profile_likelihood(fit, "grip_mass")
     assert profile.shape in ("one_sided", "flat")
     assert profile.low == -np.inf
+
+
+def test_a_constant_that_stands_at_nought_is_told_to_stand_on_its_bound():
+    """A shaft without mass of its own, from a start without one: it has no size to compare with."""
+    values, alone = np.array([0.0, 2.0]), np.array([0.03, 0.01])
+    told = words_of(["mass", "k"], values, values, np.diag([0.04, 0.02]) ** 2, {"mass"}, alone)
+    assert told["mass"] == {"identifiable": "one_sided", "note": "stands on its bound"}
+    free = words_of(["mass", "k"], values, values, np.diag([0.04, 0.02]) ** 2, (), alone)
+    assert free["mass"]["identifiable"] == "flat" and "beyond itself" in free["mass"]["note"]

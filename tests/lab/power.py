@@ -5,19 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from .clubs import Club
 from .gauges import clock, row_of
 from .runs import Run, channels, counts_from, run_linear
 
 Table = Mapping[str, np.ndarray]
-STEP = 1e-3  # relative step of the numerical differences
+STEP = 1e-4  # relative step of the numerical differences
 MODES_BELOW = 150.0
 MOST_MODES = 6
 LEAST_NORM = 10.0
 LEAST_SHARE = 0.02  # of the records, as amplitudes and as energies
-PASSES, FEWER, HALVINGS = 12, 3, 6  # fewer where the twin is near
-BOLDEST, LEAST = 0.5, -0.95  # shares by which a constant moves in a step at most, and in all
+PASSES = 25
+BOLD, FARTHEST = (
+    0.3,
+    4.0,
+)  # natural logarithms by which a constant moves in a first step, and in all
 BEGINNINGS = (0.05, 0.1, 0.2, 0.4, 1.0)  # of the records
 LOOSE = 0.5  # prior of a free constant while only beginnings count [-]
 LATE = "late"  # the wrist's feedback [s]
@@ -78,7 +82,7 @@ def power(
         `norm` of the change in noise units and its `energy_share`; `projected_norm` and
         `projected_energy_share` of what is left after the free constants, the start states, the
         offsets, gains, clocks and held constants (these within their tolerances) have taken
-        theirs, to first order about the twin, and where that leaves much, by a refit;
+        theirs, to first order about the twin, or where that leaves much, by a refit;
         `detectable`: the norm is above `LEAST_NORM` and above `LEAST_SHARE` of the records' own;
         `strong`: the energy is above `LEAST_SHARE` of theirs as well, which at 30 dB is a change
         twenty times the power of the noise.
@@ -90,9 +94,10 @@ def power(
     constants = _columns([_turned(weighing), _starts(weighing), _chains(weighing, clean)])
     least = residual(change, *constants)
     if least @ least > LEAST_SHARE**2 * energy:  # so large a change is no step from the twin
-        far = least @ least > LEAST_SHARE * energy
-        left = refitted(weighing, clean, change, BEGINNINGS if far else (1.0,))
-        least = min(least, left, key=lambda one: one @ one)
+        linear, least = least, refitted(weighing, clean, change)
+        if least @ least > max(linear @ linear, LEAST_SHARE**2 * energy):  # it lost its way
+            straight = refitted(weighing, clean, change, (1.0,))
+            least = min(least, straight, key=lambda one: one @ one)
     norm, share = float(np.linalg.norm(least)), float(least @ least) / energy
     return {
         "norm": float(np.linalg.norm(change)),
@@ -110,44 +115,41 @@ def refitted(
     change: np.ndarray,
     beginnings: Sequence[float] = BEGINNINGS,
 ) -> np.ndarray:
-    """What the constants of a club leave of a change, by Gauss and Newton's steps.
+    """What the constants of a club leave of a change, by least squares in a region of trust.
 
     One step from the twin does not do: a spring that moves a frequency by a tenth is a change
     of phase by many turns in a record, and yet only another constant. So the constants are found
-    on the beginnings of the records first, where each free one is held loosely.
+    on the beginnings of the records first, where each free one is held loosely. By their
+    logarithms: a sleeve that relaxes is one of eight times the damping.
     """
     constants = _constants(weighing)
     priors = np.array([prior for _, prior in constants])
+    late = np.array([name == LATE for name, _ in constants])
     others, their_priors = _columns([_starts(weighing), _chains(weighing, clean)])
     still = _simulated(weighing, constants, np.zeros(len(constants)))
-    moves, left = np.zeros(len(constants)), change
+
+    def moves(x: np.ndarray) -> np.ndarray:
+        return np.where(late, x * np.where(late, priors, 0.0), np.expm1(np.where(late, 0.0, x)))
+
+    def left_at(x: np.ndarray, mine: np.ndarray, held: np.ndarray, away: _Away) -> np.ndarray:
+        """What is left at these constants, the pulls of their priors last."""
+        seen = _simulated(weighing, constants, moves(x)) - still
+        return np.append(away(change[mine] - seen[mine]), np.where(late, x, moves(x) / held))
+
+    def slopes(x: np.ndarray, *rest) -> np.ndarray:
+        here, rows = left_at(x, *rest), STEP * np.eye(len(x))
+        return np.array([(left_at(x + row, *rest) - here) / STEP for row in rows]).T
+
+    x, left = np.zeros(len(constants)), change
     for share in beginnings:
         mine = weighing.beginning(share)
         held = np.minimum(priors, LOOSE if share < 1.0 else np.inf)
         away = _Away(others[mine], their_priors)
-
-        def left_at(moves: np.ndarray, mine=mine, held=held, away=away) -> np.ndarray:
-            """What is left where the constants have moved, the pulls of their priors last."""
-            seen = _simulated(weighing, constants, moves) - still
-            return np.append(away(change[mine] - seen[mine]), moves / held)
-
-        left = left_at(moves)
-        for _ in range(PASSES if len(beginnings) > 1 else FEWER):
-            rows = np.eye(len(moves)) * STEP
-            columns = np.array([(left_at(moves + row) - left) / STEP for row in rows]).T
-            scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)  # one may move nothing
-            found = np.linalg.lstsq(columns / scale, -left, rcond=1e-10)[0] / scale
-            step = np.clip(found, -BOLDEST, BOLDEST)
-            before = left @ left
-            for _ in range(HALVINGS):
-                to = np.maximum(moves + step, LEAST)
-                tried = left_at(to)
-                if tried @ tried < before:
-                    moves, left = to, tried
-                    break
-                step = step / 2
-            if before - left @ left < 1e-3 * before + 0.1:
-                break
+        run = least_squares(
+            left_at, x, slopes, args=(mine, held, away), x_scale=BOLD, ftol=1e-3,
+            bounds=(-FARTHEST, FARTHEST), max_nfev=PASSES,
+        )  # fmt: skip
+        x, left = run.x, run.fun
     return left
 
 
