@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any, cast
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -146,7 +147,7 @@ def refitted(
         held = np.minimum(priors, LOOSE if share < 1.0 else np.inf)
         away = _Away(others[mine], their_priors)
         run = least_squares(
-            left_at, x, slopes, args=(mine, held, away), x_scale=BOLD, ftol=1e-3,
+            left_at, x, cast(Any, slopes), args=(mine, held, away), x_scale=BOLD, ftol=1e-3,
             bounds=(-FARTHEST, FARTHEST), max_nfev=PASSES,
         )  # fmt: skip
         x, left = run.x, run.fun
