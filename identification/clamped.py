@@ -13,6 +13,8 @@ from ..model.linear import modes
 from ..model.robot import Robot
 from ..model.shaft_form import GRIP_BENDING
 from .fit import Fit
+from .form import form_error
+from .losses import sleeve_share
 
 TAPER = (0.2, 0.5)
 """Bending stiffness of a shaft's tip over that of its butt [-]: a tube of even wall that narrows
@@ -167,10 +169,15 @@ def clamped_json(fit: Fit) -> dict[str, Any]:
             stds[1] = np.hypot(stds[1], lost * values[1])
         rows = zip(UNITS.items(), values, stds, strict=True)
         found[name] = {
-            word: {"value": float(value), "std": float(std), "unit": unit}
+            word: _row(fit, f"{name}.{word}", float(value), float(std), unit)
             for (word, unit), value, std in rows
         }
     return found
+
+
+def _row(fit: Fit, name: str, value: float, std: float, unit: str) -> dict[str, Any]:
+    form = form_error(fit, name, value)
+    return {"value": value, "std": float(np.hypot(std, form)), "unit": unit}
 
 
 def clamped_words(told: Mapping[str, Any]) -> list[str]:
@@ -208,8 +215,7 @@ def _more(fit: Fit) -> tuple[float, float, float]:
         own = fit.std(labels.index(GRIP_BENDING)) if GRIP_BENDING in labels else 0.0
         return p[GRIP_BENDING], float(np.hypot(own, FORM)), 0.0
     lengths = p["club_length"], p["grip_length"]
-    arm = (lengths[0] - lengths[1] / 2.0) / (p["sleeve_spacing"] / 2.0)
-    sleeve = p["shaft_stiffness"] * (1.0 + arm**2) / (4.0 * p["sleeve_stiffness"])
+    sleeve = sleeve_share(p)
     form, loose = APART if sleeve < STIFF else (FORM, 0.0)
     ends = [grip_bending(*lengths, taper, sleeve) for taper in TAPER]
     return float(np.mean(ends)), float(np.hypot(np.ptp(ends) / 2.0, form)), loose

@@ -10,6 +10,7 @@ import numpy as np
 from .clamped import clamped_json
 from .evidence import excess
 from .fit import Fit
+from .form import form_error, stated_std
 from .identifiable import identifiability
 from .noise import ljung_box
 from .problem import Key
@@ -32,13 +33,15 @@ def fit_json(fit: Fit, provenance: Mapping[str, Any]) -> dict[str, Any]:
     for i, entry in enumerate(fit.model.entries):
         if entry.nuisance or entry.slot not in ("numbers", "strengths"):
             continue
-        value, std = fit.value(i), fit.std(i)
+        value, std = fit.value(i), stated_std(fit, i)
+        form = form_error(fit, entry.name, value)
         parameters[entry.label] = {
             "value": value,
             "std": std,
             "low": max(value - NORMAL_95 * std, entry.low),
             "high": min(value + NORMAL_95 * std, entry.high),
             "unit": entry.unit,
+            **({"form": form} if form else {}),
             **told[entry.label],
         }
     laws = {**fit.problem.floor, **_uneven(fit)}
@@ -111,7 +114,7 @@ def _sentence(fit: Fit) -> str:
         if not e.nuisance and e.slot in ("numbers", "strengths")
     ]
     said = ", ".join(
-        f"{e.label} {amount(fit.value(i), fit.std(i), e.unit)}" for i, e in entries[:4]
+        f"{e.label} {amount(fit.value(i), stated_std(fit, i), e.unit)}" for i, e in entries[:4]
     )
     doubts = [
         f"{label} {one['note']}" for label, one in told.items() if one["identifiable"] != "yes"

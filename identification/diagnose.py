@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from ..model.rig import Rig
+from .bootstrap import contest
 from .causes import hidden_masses
 from .evidence import (
     SURE_SHARE,
@@ -45,6 +46,7 @@ from .trial import (
     explains_only,
     interval,
     limit_of,
+    outdone,
     settled,
 )
 
@@ -69,7 +71,11 @@ LEAST_SHARE = 0.5
 """Share of the misfit beyond noise that named causes must explain; otherwise unknown [-]."""
 
 AMBIGUOUS = 6.0
-"""Two laws whose BIC differ by less than this are both named [-]."""
+"""Two laws whose BIC differ by less than this are both named, unless sets that are made of each
+tell them apart [-]."""
+
+REFUTED = 0.01
+"""Chance of what was measured, of sets made with a law, below which it is no rival [-]."""
 
 SMALL_EXCESS = 0.3
 """Misfit beyond noise that is let pass when no law explains it, in units of the noise [-]."""
@@ -353,13 +359,23 @@ class _Search:
             self.idle.add(name)
 
     def _rivals(self, best: Trial, others: Sequence[Trial]) -> list[Trial]:
-        """Other laws that explain the records as well and cannot be told apart."""
+        """Other laws that explain the records as well and cannot be told apart.
+
+        A close one is out where sets made with it hardly ever speak for the best one as loudly as
+        the records do, and sets made with the best one do so.
+        """
         found = []
+        name = best.candidate.name
+        own = next((one for one in others if one.candidate.name == name), best)
         for other in others:
-            name = best.candidate.name
             if name in (other.candidate.name, limit_of(other.candidate)):
                 continue  # itself, or one that holds it as its simplest case
             if best.delta_bic - other.delta_bic < AMBIGUOUS:
+                close = contest(own.fit, other.fit)
+                other = replace(other, contest=close)
+                if close.second < REFUTED <= close.first:
+                    self.trials.append(replace(other, verdict=outdone(close, name)))
+                    continue
                 judged = self._judge(other, self.stages[-1])
                 if judged.verdict == "accepted":
                     found.append(replace(judged, verdict="cannot be told from the best"))

@@ -14,6 +14,7 @@ from .drive_error import drive_allowances
 from .errors import covariance_of
 from .guess import first_guess
 from .lever import lever_allowances
+from .losses import swapped_losses
 from .motions import with_scales
 from .noise import Misfit, Noise, Trust, choose_noise, colour_of, known_noise
 from .prepare import Sensor, coarser
@@ -224,7 +225,18 @@ def fit_base(problem: Problem) -> Fit:
         for start in other_starts(near, best.x):
             fit = _grown(near, start)
             best = fit if fit.cost < BASIN * best.cost else best
-    return settle(_with_known_starts(solve(model, best.x, ENTRY)))
+    return _other_end(settle(_with_known_starts(solve(model, best.x, ENTRY))))
+
+
+def _other_end(fit: Fit) -> Fit:
+    """The fit, or a better one from where shaft and sleeve have swapped what they lose."""
+    if _dominated(fit):
+        return fit
+    start = swapped_losses(fit.model, fit.x, np.array([fit.std(i) for i in range(len(fit.x))]))
+    if start is None:
+        return fit
+    other = solve(fit.model, start, 60)
+    return settle(other) if other.cost < fit.cost else fit
 
 
 ENTRY = 15

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..model.law import Law, Place, library
+from .bootstrap import Contest
 from .evidence import effective_samples
 from .extend import HeldOut, grown, worst_ratio
 from .fit import DOMINATED, Fit, descended, loudness, settle, solve
@@ -45,6 +46,8 @@ class Trial:
         delta_bic: fall of BIC against the fit without the law [-].
         held: its foretelling of held-out records, where there are any.
         verdict: why it was accepted or not, in words.
+        contest: sets made of the law that explains the records best, and of this one, where the two
+            were close.
     """
 
     candidate: Candidate
@@ -52,6 +55,7 @@ class Trial:
     delta_bic: float
     held: HeldOut | None = None
     verdict: str = ""
+    contest: Contest | None = None
 
     @property
     def law(self) -> Law:
@@ -216,6 +220,14 @@ learned, which takes longest and moves little [-]."""
 def explains_only(share: float) -> str:
     """The verdict on a trial that explains too small a share of the misfit [-]."""
     return f"refused: it explains only {100 * share:.0f} % of the misfit beyond the noise"
+
+
+def outdone(close: Contest, name: str) -> str:
+    """The verdict on a law whose own sets do not show what was measured."""
+    return (
+        f"refused: of {close.sets} sets made with it {100 * close.second:.1f} % speak for {name} "
+        f"as the records do; of as many made with that {100 * close.first:.0f} %"
+    )
 
 
 IDLE = "dropped: beside the other causes it is idle"

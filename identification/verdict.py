@@ -11,7 +11,7 @@ from .diagnose import SMALL_EXCESS, Diagnosis
 from .evidence import effective_samples, excess, explained
 from .extend import HeldOut
 from .fit import Fit
-from .form import form_words, within_form
+from .form import form_words, stated_std, within_form
 from .free import Entry
 from .identifiable import identifiability
 from .missing import missing_json
@@ -101,7 +101,19 @@ def probabilities(diagnosis: Diagnosis) -> dict[str, float]:
         weights = [1.0, count * np.exp(-0.5 * min(best, 700.0))]
         weights += [float(np.exp(0.5 * min(r - best, 0.0))) for r in rivals]
         found[accepted.candidate.name] = float(1.0 / np.sum(weights))
-    return found
+    return found | contested(diagnosis)
+
+
+def contested(diagnosis: Diagnosis) -> dict[str, float]:
+    """Shares of the laws that the records cannot tell apart, by the sets made of each [-]."""
+    if not diagnosis.rivals:
+        return {}
+    shares = [one.contest.share if one.contest else 0.5 for one in diagnosis.rivals]
+    weights = [1.0, *((1.0 - share) / share for share in shares)]
+    names = [one.candidate.name for one in (diagnosis.accepted[-1], *diagnosis.rivals)]
+    return {
+        name: float(weight / np.sum(weights)) for name, weight in zip(names, weights, strict=True)
+    }
 
 
 def _before(trial: Trial) -> tuple:
@@ -160,6 +172,13 @@ def why_of(diagnosis: Diagnosis) -> list[str]:
             f"{first.candidate.name} was first of {len(diagnosis.candidates)} tried: BIC falls by "
             f"{first.delta_bic:.0f} on {effective_samples(first.fit):.0f} independent samples."
         )
+    said += [
+        f"Of {one.contest.sets} sets made with {diagnosis.accepted[-1].candidate.name} "
+        f"{100 * one.contest.first:.0f} % speak for {one.candidate.name} as much as the records do "
+        f"or more; of as many made with that, {100 * one.contest.second:.0f} % speak against it so."
+        for one in diagnosis.rivals
+        if one.contest
+    ]
     said += [words for words in (form_words(final), beyond_words(final)) if words]
     for trial in diagnosis.trials:
         if trial.verdict.startswith("refused"):
@@ -238,7 +257,7 @@ def parameters_json(before: Fit, after: Fit) -> dict[str, Any]:
     for i, entry in enumerate(after.model.entries):
         if entry.nuisance or entry.slot != "numbers":
             continue
-        value, std = after.value(i), after.std(i)
+        value, std = after.value(i), stated_std(after, i)
         found[entry.label] = {
             "before": before.value(before.index(entry.label)),
             "after": value,
@@ -319,7 +338,7 @@ def diagnosis_json(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> dict[
     chances = probabilities(diagnosis)
     causes = [cause_json(t, final, chances.get(t.candidate.name, 0.0)) for t in diagnosis.accepted]
     for rival in diagnosis.rivals:
-        causes.append(cause_json(rival, rival.fit, 1.0 / (1 + len(diagnosis.rivals))))
+        causes.append(cause_json(rival, rival.fit, chances[rival.candidate.name]))
     rig = final.problem.rig
     channels = {c.name: c.place for p in final.problem.records for c in p.record.channels}
     held = diagnosis.held_before.fit.problem.records if diagnosis.held_before else ()

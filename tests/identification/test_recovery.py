@@ -7,6 +7,7 @@ import pytest
 
 from supple.identification.clamped import clamped_json
 from supple.identification.fit import Fit, fit_base
+from supple.identification.form import stated_std
 from supple.identification.identifiable import identifiability
 from supple.identification.problem import make_problem
 from supple.identification.records import read_record
@@ -83,7 +84,7 @@ def club_errors(folder: Path, bench: str, seed: int) -> dict[str, tuple[float, f
     ]
     for name in ("wrist_stiffness", "wrist_damping"):
         i = fit.index(name)
-        pairs.append(("fit", name, fit.value(i), fit.std(i), truth["lumped"][name]))
+        pairs.append(("fit", name, fit.value(i), stated_std(fit, i), truth["lumped"][name]))
     return {
         f"{b}.{n}": (value / real - 1.0, (value - real) / std) for b, n, value, std, real in pairs
     }
