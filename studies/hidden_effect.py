@@ -8,8 +8,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,9 @@ from .study import Call, Study
 QUESTION = "How often is a hidden effect found, named and placed, and how often is one invented?"
 USUAL_CASES = 8
 """Cases of each bench where nothing is said [-]."""
+
+Case = tuple[str, int]
+"""Bench and seed."""
 
 BENCHES = ("A", "B")
 WORKERS = 2
@@ -137,24 +141,63 @@ def _append(path: Path | None, row: Mapping[str, Any]) -> None:
         file.write(("\n" if cut else "") + json.dumps(row, allow_nan=False) + "\n")
 
 
-def answers(cases: Sequence[tuple[str, int]]) -> Iterator[dict[str, Any]]:
-    """Rows of the cases as they are answered, by processes that are replaced now and then."""
+def answers(
+    cases: Sequence[Case], work: Callable[[Case], dict[str, Any]] | None = None
+) -> Iterator[dict[str, Any]]:
+    """Rows of the cases as they are answered, by processes that are replaced now and then.
+
+    Args:
+        cases: benches with seeds.
+        work: what answers one; `answer` where nothing is said.
+
+    Returns:
+        A row for each. A case whose process dies is asked once more, alone; if it dies again, that
+        is its verdict.
+    """
     spawn = multiprocessing.get_context("spawn")
-    for low in range(0, len(cases), BLOCK * WORKERS):
+    left, struck = list(cases), set[Case]()
+    while left:
+        batch = left[:1] if left[0] in struck else left[: BLOCK * WORKERS]
+        died: Case | None = None
         with ProcessPoolExecutor(WORKERS, spawn) as pool:
-            yield from pool.map(answer, cases[low : low + BLOCK * WORKERS])
+            waiting = [(case, pool.submit(work or answer, case)) for case in batch]
+            for case, future in waiting:
+                try:
+                    row = future.result()
+                except BrokenProcessPool:
+                    died = died or case
+                    continue
+                left.remove(case)
+                yield row
+        if died in struck:
+            left.remove(died)
+            yield _lost(died)
+        elif died is not None:
+            struck.add(died)
 
 
-def answer(case: tuple[str, int]) -> dict[str, Any]:
-    """Draw one case, diagnose its records, and only then read its truth."""
+def _lost(case: Case) -> dict[str, Any]:
+    """The row of a case that no process has answered."""
+    with tempfile.TemporaryDirectory() as folder:
+        draw_case(*case, Path(folder))
+        truth = json.loads((Path(folder) / "truth.json").read_text(encoding="utf-8"))
+    bare = {"baseline": None, "sparse": None, "seconds": None}
+    fault = "the process died twice"
+    return _begun(case) | _failed(fault) | bare | _truth(truth)
+
+
+def _begun(case: Case) -> dict[str, Any]:
     from .. import __version__
 
-    bench, seed = case
+    return {"bench": case[0], "seed": case[1], "version": __version__}
+
+
+def answer(case: Case) -> dict[str, Any]:
+    """Draw one case, diagnose its records, and only then read its truth."""
     with tempfile.TemporaryDirectory() as folder:
-        sidecars = draw_case(bench, seed, Path(folder))
+        sidecars = draw_case(*case, Path(folder))
         began = time.perf_counter()
-        row: dict[str, Any] = {"bench": bench, "seed": seed, "version": __version__}
-        row |= _verdict(sidecars)
+        row = _begun(case) | _verdict(sidecars)
         row["seconds"] = round(time.perf_counter() - began, 1)
         row["baseline"] = white_bic(sidecars)
         row["sparse"] = sparse_regression(sidecars)
@@ -191,13 +234,17 @@ def _verdict(sidecars: Sequence[Path]) -> dict[str, Any]:
     try:
         result, _ = diagnose_records(sidecars)
     except (ArithmeticError, AssertionError, LookupError, RuntimeError, ValueError) as fault:
-        empty = dict.fromkeys(("nrmse_before", "nrmse_after", "noise_floor"))
-        return {"status": FAILED, "causes": [], "fault": str(fault)[:300], **empty}
+        return _failed(str(fault)[:300])
     keys = ("law", "place", "probability")
     causes = [{key: cause[key] for key in keys} for cause in result["causes"]]
     gain = result["gain"]
     errors = {key: gain.get(key) for key in ("nrmse_before", "nrmse_after", "noise_floor")}
     return {"status": result["status"], "causes": causes, **errors}
+
+
+def _failed(fault: str) -> dict[str, Any]:
+    empty = dict.fromkeys(("nrmse_before", "nrmse_after", "noise_floor"))
+    return {"status": FAILED, "causes": [], "fault": fault, **empty}
 
 
 def _truth(truth: Mapping[str, Any]) -> dict[str, Any]:

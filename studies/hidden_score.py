@@ -215,7 +215,7 @@ def _held_out(rows: Sequence[Row]) -> dict[str, Any]:
 def _seconds(rows: Sequence[Row]) -> dict[str, float]:
     import numpy as np
 
-    times = [row["seconds"] for row in rows] or [0.0]
+    times = [row["seconds"] for row in rows if row["seconds"] is not None] or [0.0]
     shares = {"median": 0.5, "most": 0.9, "longest": 1.0}
     return {name: round(float(np.quantile(times, share)), 1) for name, share in shares.items()}
 

@@ -1,6 +1,7 @@
 """The hidden-effect study: its scoring, its road from seed to table, and that it goes on."""
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from supple.studies import hidden_effect
 from supple.studies.hidden_effect import (
     answer,
+    answers,
     as_text,
     done,
     draw,
@@ -215,3 +217,23 @@ def test_one_case_of_each_bench_goes_all_the_way():
         assert (found["power"] is None) == (found["truth"] == [])
         assert outcome(found) in tables([found])["outcomes"]
     assert Path(hidden_effect.ROOT, "tests", "lab").is_dir()
+
+
+def dying(case: tuple[str, int]) -> dict[str, object]:
+    """As a library that crashes: one case always, one the first time."""
+    bench, seed = case
+    once = Path(os.environ["SUPPLE_TEST_ONCE"])
+    if seed == 7 or (seed == 2 and not once.exists()):
+        once.touch()
+        os._exit(11)
+    return {"bench": bench, "seed": seed, "status": "adequate"}
+
+
+def test_a_process_that_dies_takes_no_other_case_with_it(tmp_path, monkeypatch):
+    monkeypatch.setenv("SUPPLE_TEST_ONCE", str(tmp_path / "once"))
+    rows = {row["seed"]: row for row in answers([("A", seed) for seed in (1, 2, 7)], dying)}
+    assert sorted(rows) == [1, 2, 7]
+    assert [rows[seed]["status"] for seed in (1, 2, 7)] == ["adequate", "adequate", "failed"]
+    lost = rows[7]
+    assert lost["fault"] == "the process died twice" and "truth" in lost
+    assert tables([lost])["seconds"]["longest"] == 0.0
