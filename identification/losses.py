@@ -15,6 +15,10 @@ DAMPERS = ("shaft_damping", "sleeve_damping")
 NOUGHT = 2.0
 """Standard deviations from nought within which a part seems to lose nothing [-]."""
 
+IDLE = 0.2
+"""Share of a club's losses below which its sleeve seems to lose nothing [-]: rubber does, so that
+shaft and sleeve are told apart by errors of the lumped form, not by the records."""
+
 KEPT = 0.1
 """Share of the losses that the other part is left with [-]."""
 
@@ -31,6 +35,22 @@ def sleeve_share(p: Mapping[str, float]) -> float:
 def _arm(p: Mapping[str, float]) -> float:
     """Lever of the head about the sleeve's centre, over that of each of its two sets [-]."""
     return (p["club_length"] - p["grip_length"] / 2.0) / (p["sleeve_spacing"] / 2.0)
+
+
+def sleeve_loss(p: Mapping[str, float]) -> float:
+    """Share of what a club loses, as it rings with its collet held, that its sleeve does [-].
+
+    Args:
+        p: the robot's numbers by name [SI].
+    """
+    own, others = _lost(p)
+    return others / max(own + others, 1e-300)
+
+
+def _lost(p: Mapping[str, float]) -> tuple[float, float]:
+    """What shaft and sleeve lose, as dampers beside the shaft would [N s/m]."""
+    lever = (1.0 + _arm(p) ** 2) / 4.0
+    return p["shaft_damping"], p["sleeve_damping"] / lever * sleeve_share(p) ** 2
 
 
 def swapped_losses(model: Model, x: np.ndarray, stds: np.ndarray) -> np.ndarray | None:
@@ -60,9 +80,7 @@ def swapped_losses(model: Model, x: np.ndarray, stds: np.ndarray) -> np.ndarray 
         return None
     p = model.problem.numbers | value
     share, lever = sleeve_share(p), (1.0 + _arm(p) ** 2) / 4.0
-    own = p["shaft_damping"]
-    others = p["sleeve_damping"] / lever * share**2  # as a damper beside the shaft would lose it
-    lost, kept = own + others, KEPT if sleeve else 1.0 - KEPT
+    lost, kept = sum(_lost(p)), KEPT if sleeve else 1.0 - KEPT
     start = x.copy()
     sizes = kept * lost, (1.0 - kept) * lost * lever / share**2
     for name, size in zip(DAMPERS, sizes, strict=True):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from supple.identification.clamped import held
-from supple.identification.losses import DAMPERS, sleeve_share, swapped_losses
+from supple.identification.losses import DAMPERS, sleeve_loss, sleeve_share, swapped_losses
 from supple.identification.problem import Model, base_entries, make_problem, rough_noise
 from supple.identification.records import read_record
 from supple.model.rig import read_rig
@@ -43,6 +43,10 @@ def test_a_sleeves_share_is_what_a_pull_at_the_head_finds():
     stiffer = held(p | {"sleeve_stiffness": p["sleeve_stiffness"] * 1e6})[2]
     soft, shaft = 1.0 / held(p)[2], 1.0 / stiffer
     assert sleeve_share(p) == pytest.approx((soft - shaft) / shaft, rel=0.02)
+    assert sleeve_loss(p | {"sleeve_damping": 0.0}) == 0.0
+    assert sleeve_loss(p | {"shaft_damping": 0.0}) == 1.0
+    ratios = [held(p | {name: 0.0})[1] for name in DAMPERS]  # of the other part alone
+    assert sleeve_loss(p) == pytest.approx(ratios[0] / sum(ratios), abs=0.05)
     assert levers(p)[1] == p["club_length"] - p["grip_length"] / 2
 
 
