@@ -112,10 +112,10 @@ def test_constants_of_100_chains_are_recovered(tmp_path):
 
 
 @pytest.mark.slow
-def test_clubs_of_elements_are_recovered_and_most_of_their_errors_hold(tmp_path):
+def test_clubs_of_elements_are_recovered_and_their_errors_hold(tmp_path):
     rows = [club_errors(tmp_path / str(seed), "B", seed) for seed in CLUBS]
     for name, limit in LIMITS.items():
         found = float(np.median([abs(row[name][0]) for row in rows]))
         assert found < limit, (name, found)
     far = [abs(sigmas) for row in rows for name, (_, sigmas) in row.items() if name not in CERTAIN]
-    assert np.mean(np.array(far) < 2.0) > 0.7, sorted(far)
+    assert np.mean(np.array(far) < 2.0) > 0.85, sorted(far)
