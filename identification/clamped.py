@@ -14,7 +14,7 @@ from ..model.robot import Robot
 from ..model.shaft_form import GRIP_BENDING
 from .fit import Fit
 from .form import form_error, loses_nothing
-from .losses import sleeve_share
+from .losses import DAMPERS, SPRINGS, sleeve_share
 
 TAPER = (0.2, 0.5)
 """Bending stiffness of a shaft's tip over that of its butt [-]: a tube of even wall that narrows
@@ -42,7 +42,7 @@ ASTRAY = (0.5, 5.0)
 stiff, with four to seven times their damping [-]. Set by hand by five of fifty clubs."""
 
 UNITS = {"frequency": "Hz", "damping_ratio": "1", "stiffness": "N/m"}
-CONSTANTS = ("shaft_stiffness", "shaft_damping", "sleeve_stiffness", "sleeve_damping")
+CONSTANTS = (*SPRINGS, *DAMPERS)
 STRIDE = 1e-4
 """Step of a derivative, in natural sizes of the unknowns [-]."""
 

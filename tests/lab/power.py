@@ -19,10 +19,7 @@ MOST_MODES = 6
 LEAST_NORM = 10.0
 LEAST_SHARE = 0.02  # of the records, as amplitudes and as energies
 PASSES = 25
-BOLD, FARTHEST = (
-    0.3,
-    4.0,
-)  # natural logarithms by which a constant moves in a first step, and in all
+BOLD, FARTHEST = 0.3, 4.0  # logarithms by which a constant moves in a first step, and in all
 BEGINNINGS = (0.05, 0.1, 0.2, 0.4, 1.0)  # of the records
 LOOSE = 0.5  # prior of a free constant while only beginnings count [-]
 LATE = "late"  # the wrist's feedback [s]
