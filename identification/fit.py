@@ -348,7 +348,7 @@ def descended(fit: Fit) -> Fit:
         floor = learn_noise(fit)
         problem = replace(fit.problem, floor=floor)
         model = replace(fit.model, problem=problem, noises=floor, horizon=np.inf)
-        fit = solve(replace(model, allowances=allowances_of(model, fit)), fit.x, 40)
+        fit = solve(replace(model, allowances=allowances_of(model, fit)), fit.x, 40, CRAWL)
         if all(misfit.ratio < DOMINATED for misfit in fit.misfits.values()):
             break
     return fit

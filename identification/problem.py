@@ -135,7 +135,8 @@ class Model:
     def plant(self, prepared: Prepared) -> Plant:
         """The plant that simulates one record."""
         sensors = tuple(sensor.port for sensor in prepared.sensors)
-        return Plant(self.problem.mechanism, prepared.ports, sensors, self.places)
+        acting = tuple(dict.fromkeys(law.name for _, law in self.causes if law.acts))
+        return Plant(self.problem.mechanism, prepared.ports, sensors, self.places, acting)
 
     def substeps(self, prepared: Prepared) -> int:
         """Steps of the integrator a sample [-]: enough for the third harmonic where laws act."""

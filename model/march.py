@@ -325,7 +325,20 @@ def _inverse(matrix: Array) -> Array:
     if size == 2:
         (a, b), (c, d) = (matrix[0, 0], matrix[0, 1]), (matrix[1, 0], matrix[1, 1])
         return jnp.array([[d, -b], [-c, a]]) / (a * d - b * c)
-    rows = jnp.concatenate([matrix, jnp.eye(size)], axis=1)
+    return _eliminated(matrix, jnp.eye(size))
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    """What a small matrix turns into `right`, shape (size,), as `_inverse`."""
+    if 2 < matrix.shape[0] <= MOST_UNROLLED:
+        return _eliminated(matrix, right[:, None])[:, 0]
+    return _times(_inverse(matrix), right)
+
+
+def _eliminated(matrix: Array, right: Array) -> Array:
+    """A matrix's inverse times `right`, shape (size, columns)."""
+    size = matrix.shape[0]
+    rows = jnp.concatenate([matrix, right], axis=1)
     for pivot in range(size):
         line = rows[pivot] / rows[pivot, pivot]
         factor = rows[:, pivot].at[pivot].set(0.0)
@@ -369,7 +382,7 @@ def _march_laws(
 
         def newton(_: int, f: Array) -> Array:
             force, slope = seen_forces(fixed + _times(still, f), past)
-            return hold(f - _times(_inverse(eye - hold(slope)), f - force))
+            return hold(f - _solved(eye - hold(slope), f - force))
 
         # a loop, not three copies: compiling is what a user waits for
         f = jax.lax.fori_loop(0, NEWTON_STEPS - 1, newton, f)

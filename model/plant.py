@@ -12,9 +12,6 @@ from .chain import DERIVATIVES
 from .law import Law, force_laws
 from .linear import Array, Mechanism, Port, moved_grounds
 
-SUPPORT = "support"
-"""Kind of the place in which all is clamped [-]."""
-
 
 @dataclass(frozen=True)
 class Plant:
@@ -30,15 +27,15 @@ class Plant:
         inputs: ports of the sampled inputs.
         sensors: ports of the sensors.
         law_places: places with laws; every law that fits a place has a slot there, null at 0.
-        supported: whether laws of the support are in its program though no such place is named:
-            they are compiled in only where they act, for all others would wait for them.
+        acting: names of the laws that may be other than null; None for all that fit its places.
+            Others are not compiled in: a program of all takes three times as long as one's own.
     """
 
     mechanism: Mechanism
     inputs: tuple[Port, ...]
     sensors: tuple[Port, ...]
     law_places: tuple[str, ...] = ()
-    supported: bool = False
+    acting: tuple[str, ...] | None = None
 
     @cached_property
     def laws(self) -> tuple[tuple[str, Law], ...]:
@@ -119,10 +116,29 @@ class Plant:
 
     @cached_property
     def bare(self) -> Plant:
-        """The same plant without law places."""
-        kinds = self.mechanism.law_places()
-        supported = any(kinds[place] == SUPPORT for place in self.law_places)
-        return replace(self, law_places=(), supported=self.supported or supported)
+        """The same plant without law places, with those laws acting that are compiled in."""
+        return replace(self, law_places=(), acting=self.program)
+
+    @cached_property
+    def program(self) -> tuple[str, ...]:
+        """Names of the laws that are compiled in, in the order of the mechanism's.
+
+        Laws without a memory are quick and share one program, and so do those of a told motion;
+        of others each one's own is compiled in only where it acts, unless many of them do.
+        """
+        every = mechanism_laws(self.mechanism)
+        if self.acting is not None:
+            named = [law for law in every if law.name in self.acting]
+        else:
+            fitting = {law.name for _, law in self.laws}
+            named = [law for law in every if law.name in fitting]
+        shared = [law for law in every if law.swing is not None] if named else []
+        if any(law.force is not None for law in named):
+            shared += [law for law in every if law.force is not None]
+        if sum(law.memory is not None for law in named) > MOST_MEMORIES:
+            shared += [law for law in every if law.memory is None or not law.memory.placed]
+        names = {law.name for law in (*named, *shared)}
+        return tuple(law.name for law in every if law.name in names)
 
     @cached_property
     def rows(self) -> int:
@@ -139,8 +155,8 @@ class Plant:
 class Wiring:
     """Which law rows of a mechanism are in force, as data instead of as program.
 
-    Whatever laws act wherever, plants with as many rows share their compiled code; rows are
-    filled up to a power of two with rows on which nothing acts.
+    Wherever laws act, plants with as many rows share their compiled code; rows are
+    filled up with rows on which nothing acts where they are many.
 
     Attributes:
         select: one row for each law row in force, over all law rows of the mechanism,
@@ -161,22 +177,26 @@ class Wiring:
 
 
 def laws_of(plant: Plant) -> tuple[Law, ...]:
-    """Every law that fits any place of a plant's mechanism by a force, each once.
-
-    Those of a support are among them only where the plant has one.
-    """
-    return mechanism_laws(plant.mechanism, plant.bare.supported)
+    """Every law that is compiled into a plant's program, each once."""
+    program = plant.program
+    return tuple(law for law in mechanism_laws(plant.mechanism) if law.name in program)
 
 
 @cache
-def mechanism_laws(mechanism: Mechanism, supported: bool = False) -> tuple[Law, ...]:
-    """`laws_of` a plant of this mechanism."""
+def mechanism_laws(mechanism: Mechanism) -> tuple[Law, ...]:
+    """Every law that fits any place of a mechanism by a force, each once."""
     found: dict[str, Law] = {}
     for place, kind in mechanism.law_places().items():
-        if kind == SUPPORT and not supported:
-            continue
         found |= {law.name: law for law in force_laws(kind, mechanism.turns(place))}
     return tuple(found.values())
+
+
+MOST_MEMORIES = 2
+"""Laws with a memory up to which each set of them has its own program [-]; more share one with all
+but those of the support, for which the others would wait."""
+
+MOST_ROWS = 4
+"""Law rows up to which each count has its own program [-]; more are filled up to a power of two."""
 
 
 @cache
@@ -194,7 +214,7 @@ def _wire(plant: Plant) -> Wiring:
     ]
     everywhere = list(mechanism.law_places())
     low = np.cumsum([0, *(_row_count(mechanism, place) for place in everywhere)])
-    rows = 2 ** int(np.ceil(np.log2(plant.rows))) if plant.rows else 0
+    rows = plant.rows if plant.rows <= MOST_ROWS else 2 ** int(np.ceil(np.log2(plant.rows)))
     select = np.zeros((rows, low[-1]))
     spread = np.zeros((len(names), rows, len(plant.law_numbers)))
     owner = np.zeros((rows, len(plant.law_places)))
@@ -205,7 +225,7 @@ def _wire(plant: Plant) -> Wiring:
         select[mine, first : first + count] = np.eye(count)
         owner[mine, index] = 1.0
         for slot, (where, law, symbol) in enumerate(plant.law_numbers):
-            if where == place:
+            if where == place and (law.name, symbol) in names:
                 spread[names.index((law.name, symbol)), mine, slot] = 1.0
         row += count
     return Wiring(select, spread, owner)

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from supple.model import respond
+from supple.model import march, respond
 from supple.model.linear import Port
 from supple.model.plant import Plant, numbers_vector
 from supple.model.respond import simulate
@@ -59,3 +59,42 @@ def test_laws_at_any_place_share_one_program():
             args=(place,),
         )  # fmt: skip
         assert np.max(np.abs(ours - run.y[1])) < 2e-3 * np.max(np.abs(run.y[1]))
+
+
+def test_a_program_holds_the_laws_that_act_and_answers_as_one_of_all_does():
+    sensors, inputs = (Port("b", "position"),), jnp.zeros((COUNT, 0))
+    found = {}
+    for acting in (None, ("hysteresis",), ("hysteresis", "cubic_stiffness")):
+        plant = Plant(PAIR, (), sensors, ("left", "mid"), acting)
+        z = numbers_vector(plant, PAIR_NUMBERS)
+        z[plant.slots["start"]] = [0.1, -0.2, 0.0, 0.3]
+        names = [(place, law.name, symbol) for place, law, symbol in plant.law_numbers]
+        first = plant.slots["strengths"].start
+        z[first + names.index(("left", "hysteresis", ""))] = 8.0
+        z[first + names.index(("left", "hysteresis", "knee"))] = 0.05
+        widths = np.tile([1e-3, 0.05], (2, 1))
+        found[acting] = np.asarray(simulate(plant, 2, z, inputs, jnp.asarray(STEP), widths))[:, 0]
+    alone = Plant(PAIR, (), sensors, ("left",), ("hysteresis",))
+    assert alone.program == alone.bare.program == ("hysteresis",)
+    assert Plant(PAIR, (), sensors).program == ()
+    beside = Plant(PAIR, (), sensors, ("left",), ("hysteresis", "cubic_stiffness")).program
+    assert {"hysteresis", "cubic_stiffness", "clearance"} <= set(beside)
+    assert "relaxation" not in beside
+    every = Plant(PAIR, (), sensors, ("left",)).program
+    assert {"relaxation", "slip", *beside} <= set(every)
+    size = np.max(np.abs(found[None]))
+    for ours in found.values():
+        np.testing.assert_allclose(ours, found[None], atol=1e-12 * size)
+    z[first + names.index(("left", "hysteresis", ""))] = 0.0
+    bare = np.asarray(simulate(plant, 2, z, inputs, jnp.asarray(STEP), widths))[:, 0]
+    assert np.max(np.abs(found[None] - bare)) > 1e-2 * size
+
+
+def test_systems_are_solved_as_by_their_inverse():
+    rng = np.random.default_rng(5)
+    for size in (2, 3, 6, march.MOST_UNROLLED + 1):
+        matrix = jnp.eye(size) + 0.2 * jnp.asarray(rng.standard_normal((size, size)))
+        right = jnp.asarray(rng.standard_normal(size))
+        wanted = np.linalg.solve(np.asarray(matrix), np.asarray(right))
+        for found in (march._solved(matrix, right), march._inverse(matrix) @ right):
+            np.testing.assert_allclose(np.asarray(found), wanted, rtol=1e-9)
