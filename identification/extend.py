@@ -119,7 +119,8 @@ def extend(fit: Fit, candidate: Candidate, evaluations: int = 12) -> Fit:
     if worst_ratio(fit) > DOMINATED:
         starts.append(0.5 if abs(step) < 0.05 else float(np.sign(step)))
     shapes = [shape.value / shape.scale for shape in candidate.shapes]
-    points = [_begun(model, np.append(fit.x, [start, *shapes])) for start in starts]
+    points = [calmed(model, np.append(fit.x, [start, *shapes]), fit) for start in starts]
+    points = [_begun(model, x) for x in points]
     if all(np.isfinite(cost) for _, cost in points):  # the openings tell which start is better
         points = [min(points, key=lambda point: point[1])]
     best: Fit | None = None
@@ -131,6 +132,37 @@ def extend(fit: Fit, candidate: Candidate, evaluations: int = 12) -> Fit:
             best = trial
     assert best is not None
     return best
+
+
+RUNS_AWAY = 1e4
+"""Cost of a law's start beside that of the fit without it beyond which it runs away [-]."""
+
+CALMER = 0.25
+"""Share of a strength that is tried where a motion runs away with it [-]."""
+
+MOST_CALMED = 5
+"""How often, at most [-]."""
+
+
+def calmed(model: Model, x: np.ndarray, fit: Fit) -> np.ndarray:
+    """Unknowns of a fit and of one law more, its strength small enough for a bounded motion.
+
+    From a motion that runs away no step leads back, and the law would be refused untried.
+
+    Args:
+        model: with the law.
+        x: scaled unknowns; the law's strength is the first one that `fit` has not [-].
+        fit: without it.
+
+    Source: tests/identification/test_extend.py.
+    """
+    x = x.copy()
+    for _ in range(MOST_CALMED):
+        residual = model.residual(x)
+        if float(residual @ residual) < RUNS_AWAY * fit.cost:
+            break
+        x[len(fit.x)] *= CALMER
+    return x
 
 
 def grown(model: Model, x: np.ndarray, evaluations: int) -> Fit:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from .allowance import Allowance
-from .extend import extended_model, thinned, worst_ratio
+from .extend import calmed, extended_model, thinned, worst_ratio
 from .fit import DOMINATED, Fit, learn_noise, solve
 from .problem import Model
 from .screen import Candidate, screen
@@ -112,7 +112,7 @@ def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> 
     first = thinned(extended_model(told, candidate))
     step = max(candidate.step, candidate.entry.low / candidate.entry.scale)
     shapes = [shape.value / shape.scale for shape in candidate.shapes]
-    x = np.append(told.x, [step, *shapes])
+    x = calmed(first, np.append(told.x, [step, *shapes]), told)
     for horizon in HORIZONS:
         x = _constants_held(replace(first, horizon=horizon), x, 10)
     x = solve(first, x, 2 * evaluations).x

@@ -259,7 +259,8 @@ def _respond_with_laws(
             "leaps. Mend: give a profile, or a sine that ends with a half wave."
         )
     mechanism, places = plan.mechanism, law_places(laws)
-    plant = Plant(mechanism, plan.inputs, (), places)
+    names = tuple(dict.fromkeys(one.law.name for one in laws))
+    plant = Plant(mechanism, plan.inputs, (), places, names)
     z = numbers_vector(plant, numbers)
     z[plant.slots["strengths"]] = strengths(plant, laws)
     compiled = _matrices(mechanism, plan.inputs, plan.sensors, places, numbers)

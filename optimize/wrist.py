@@ -163,7 +163,8 @@ def _with_laws(
 ) -> np.ndarray:
     """Samples of the sensor, shape (designs, t) [unit of the sensor]."""
     places = law_places(laws)
-    plant = Plant(mechanism, task.drive.ports, (task.sensor,), places)
+    names = tuple(dict.fromkeys(one.law.name for one in laws))
+    plant = Plant(mechanism, task.drive.ports, (task.sensor,), places, names)
     rows = [{name: values[i] for name, values in table.items()} for i in range(_count(table))]
     z = np.stack([numbers_vector(plant, numbers) for numbers in rows])
     z[:, plant.slots["strengths"]] = strengths(plant, laws)

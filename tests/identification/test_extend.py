@@ -5,7 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from supple.identification.extend import extended_model, held_out, thinned, without
+from supple.identification.extend import (
+    RUNS_AWAY,
+    calmed,
+    extended_model,
+    held_out,
+    thinned,
+    without,
+)
 from supple.identification.fit import fit_base, solve
 from supple.identification.problem import (
     Model,
@@ -139,3 +146,18 @@ def test_every_law_that_is_taken_out_takes_all_its_numbers_along(softening_fit):
         assert bare.model.causes == () and bare.x.shape == bare.covariance[0].shape
         slots.add(candidate.law.slot)
     assert {"", "offset", "fault"} <= slots
+
+
+def test_a_law_that_would_run_away_is_tried_with_less_of_it(softening_fit):
+    bare = softening_fit
+    candidate = next(c for c in screen(bare) if c.law.name == "cubic_stiffness")
+    model = extended_model(bare, candidate)
+    for size in (1e-3, -100.0):  # the softer, the further it goes
+        start = np.append(bare.x, [size])
+        found = calmed(model, start, bare)
+        cost = float(np.sum(model.residual(found) ** 2))
+        assert cost < RUNS_AWAY * bare.cost
+        assert np.array_equal(found[:-1], bare.x)
+        assert (found[-1] == size) == (abs(size) < 1.0)
+        assert np.sign(found[-1]) == np.sign(size)
+    assert np.sum(model.residual(start) ** 2) > RUNS_AWAY * bare.cost
