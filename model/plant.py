@@ -133,8 +133,9 @@ class Plant:
             fitting = {law.name for _, law in self.laws}
             named = [law for law in every if law.name in fitting]
         shared = [law for law in every if law.swing is not None] if named else []
-        if any(law.force is not None for law in named):
-            shared += [law for law in every if law.force is not None]
+        plain = [law for law in every if law.swing is None and law.memory is None]
+        if any(law in plain for law in named):
+            shared += plain
         if sum(law.memory is not None for law in named) > MOST_MEMORIES:
             shared += [law for law in every if law.memory is None or not law.memory.placed]
         names = {law.name for law in (*named, *shared)}

@@ -1,15 +1,18 @@
 """Laws in force are data: which rows, how strong; any place and any pair share one program."""
 
+from itertools import pairwise
 from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
 from supple.model import march, respond
 from supple.model.linear import Port
-from supple.model.plant import Plant, numbers_vector
+from supple.model.plant import Plant, laws_of, mechanism_laws, numbers_vector
 from supple.model.respond import simulate
+from supple.model.robot import Robot
 from tests.model.test_respond import COUNT, PAIR, PAIR_NUMBERS, STEP
 
 
@@ -88,6 +91,21 @@ def test_a_program_holds_the_laws_that_act_and_answers_as_one_of_all_does():
     z[first + names.index(("left", "hysteresis", ""))] = 0.0
     bare = np.asarray(simulate(plant, 2, z, inputs, jnp.asarray(STEP), widths))[:, 0]
     assert np.max(np.abs(found[None] - bare)) > 1e-2 * size
+
+
+@pytest.mark.parametrize("model", ["driven_wrist", "driven_arm", "pinned_wrist", "fixed_collet"])
+def test_a_bare_plant_has_the_program_of_its_own(model):
+    """What is compiled is asked of the plant in one place and of the bare one in another."""
+    robot = Robot(model)
+    names = [law.name for law in mechanism_laws(robot)]
+    assert {"slip", "cubic_stiffness", "support_flexibility"} <= set(names)
+    everywhere = tuple(robot.law_places())
+    for acting in (None, (), *((one,) for one in names), *pairwise(names), tuple(names[:6])):
+        plant = Plant(robot, (), (), everywhere, acting)
+        assert plant.bare.program == plant.program
+        assert plant.bare.bare == plant.bare
+        assert set(acting or ()) <= set(plant.program)
+        assert plant.wiring.spread.shape[0] == sum(1 + len(one.shapes) for one in laws_of(plant))
 
 
 def test_systems_are_solved_as_by_their_inverse():
