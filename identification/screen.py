@@ -5,19 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import product
-from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
 from ..model.law import Law, Place, Scales
-from ..model.linear import Array
-from ..model.march import begun
-from ..model.plant import Plant, numbers_vector
+from ..model.plant import numbers_vector
 from ..model.respond import force_responses
 from .causes import numbers_at, possible_causes
 from .drive_error import estimated_errors
@@ -25,7 +20,7 @@ from .faults import DRIVE, FaultyReading, felt, told_motion
 from .fit import Fit
 from .free import Entry, law_entry, own_shapes, shape_entries
 from .motions import motions
-from .prepare import Prepared
+from .null_forces import Spot, unit_forces
 from .problem import Cause, padded_lanes, sample
 from .swung import UNIT, is_swung
 
@@ -272,22 +267,28 @@ def _force_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
     blocks = []
     for index, prepared in enumerate(problem.records):
         plant = replace(model.plant(prepared), law_places=places)
-        z = numbers_vector(plant, model.numbers(prepared, fit.x))
-        lanes = padded_lanes(len(trials))
-        forces = np.zeros((lanes, len(prepared.inputs), sum(rows.values())))
-        for lane, trial in enumerate(trials):
-            place, law = trial.cause
-            shapes = [shape.value for shape in trial.shapes]
-            space_k, space_c = place_constants(plant, z, place)
-            for row in range(rows[place]):
-                stretch, rate = moved[place][index * rows[place] + row]
-                here = Place(space_k[row], space_c[row], *problem.widths[place])
-                if law.memory is None:
-                    force = slope_at_null(law, stretch, rate, here)
-                else:
-                    force = unit_force(law, shapes, here, (stretch, rate), prepared)
-                force = force * trial.entry.scale
-                forces[lane, : len(force), starts[place] + row] = force
+        numbers = model.numbers(prepared, fit.x)
+        z = numbers_vector(plant, numbers)
+        spots: dict[str, list[Spot]] = {}
+        for place in places:
+            own = moved[place][index * rows[place] : (index + 1) * rows[place]]
+            _, k, c = problem.mechanism.place_rows(place, numbers, np)
+            spots[place] = [
+                Spot(starts[place] + row, Place(k[row], c[row], *problem.widths[place]), *motion)
+                for row, motion in enumerate(own)
+            ]
+        forces = np.zeros((padded_lanes(len(trials)), len(prepared.inputs), sum(rows.values())))
+        for law in dict.fromkeys(trial.cause[1] for trial in trials):
+            at = [
+                (lane, spot)
+                for lane, trial in enumerate(trials)
+                if trial.cause[1] == law
+                for spot in spots[trial.cause[0]]
+            ]
+            shapes = [[shape.value for shape in trials[lane].shapes] for lane, _ in at]
+            found = unit_forces(law, shapes, [spot for _, spot in at], prepared)
+            for (lane, spot), force in zip(at, found, strict=True):
+                forces[lane, : len(force), spot.row] = force * trials[lane].entry.scale
         seen = np.asarray(
             force_responses(plant, jnp.asarray(z), jnp.asarray(forces), jnp.asarray(prepared.step))
         )
@@ -296,73 +297,6 @@ def _force_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
             block = sample(sensor, seen[: len(trials), :, i].T)
             blocks.append(-noise.whiten(block))
     return _allowed(fit, np.concatenate(blocks))
-
-
-def place_constants(plant: Plant, z: np.ndarray, place: str) -> tuple[np.ndarray, np.ndarray]:
-    """Stiffness and damping of each row of a place [SI]."""
-    _, k, c = plant.mechanism.place_rows(place, plant.numbers(jnp.asarray(z)))
-    return np.asarray(k), np.asarray(c)
-
-
-def slope_at_null(law: Law, stretch: np.ndarray, rate: np.ndarray, place: Place) -> np.ndarray:
-    """Derivative of a law's force by its strength at zero strength, shape (t,) [force/strength]."""
-    assert law.force is not None
-    seen = jnp.asarray(stretch), jnp.asarray(rate)
-    zero = jnp.zeros(())
-    slope = jax.jvp(lambda s: law.force(s, *seen, place), (zero,), (jnp.ones(()),))[1]  # type: ignore[misc]
-    return np.asarray(slope)
-
-
-def unit_force(
-    law: Law,
-    shapes: Sequence[float],
-    place: Place,
-    motion: tuple[np.ndarray, np.ndarray],
-    prepared: Prepared,
-) -> np.ndarray:
-    """Derivative of the force of a law that remembers by its strength at zero strength.
-
-    Args:
-        law: with a memory.
-        shapes: its further numbers [in their units].
-        place: where it acts.
-        motion: stretch and rate there, each of shape (t,) [m or rad, and a second].
-        prepared: the record.
-
-    Returns:
-        Shape (t,) [force/strength].
-    """
-    longer = (0, len(prepared.inputs) - len(motion[0]))
-    seen = (np.pad(part, longer, mode="edge") for part in motion)
-    known = np.array([*shapes, place.stiffness, place.damping], dtype=float)
-    force = _along(law, known, *seen, prepared.step, prepared.since)
-    return np.asarray(force)[: len(motion[0])]
-
-
-@partial(jax.jit, static_argnums=0)
-def _along(law: Law, known: Array, stretch: Array, rate: Array, step: Array, since: Array) -> Array:
-    memory = law.memory
-    assert memory is not None
-    shapes, place = [*known[:-2]], Place(known[-2], known[-1], 0.0, 0.0)
-    points = stretch[:, None], rate[:, None]
-    first = points[0][0], points[1][0]
-    rest = points[0][1:], points[1][1:]
-
-    def forces(strength: Array) -> Array:
-        told = memory.shapes_at(shapes, strength, place)
-
-        def advance(carry: tuple[Any, Any, Any], now: tuple[Any, Any]) -> tuple[Any, Any]:
-            remembered, *before = carry
-            remembered = memory.advance(told, remembered, before, now, step)
-            return (remembered, *now), memory.force(strength, told, remembered, *now)[0]
-
-        start = begun(memory, told, first, since)
-        _, later = jax.lax.scan(advance, (start, *first), rest)
-        return jnp.concatenate([memory.force(strength, told, start, *first), later])
-
-    if not memory.placed:  # then the force is proportional to the strength
-        return forces(jnp.ones(()))
-    return jax.jvp(forces, (jnp.zeros(()),), (jnp.ones(()),))[1]
 
 
 def _held(fit: Fit) -> tuple[tuple[Entry, float], ...]:

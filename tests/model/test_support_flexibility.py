@@ -1,11 +1,14 @@
 """A support that gives way is a mass on a spring between ground and collet: law against that."""
 
+from typing import cast
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from supple.identification.screen import unit_force
+from supple.identification.null_forces import Spot, unit_forces
+from supple.identification.prepare import Prepared
 from supple.model.drives import impact, release
 from supple.model.law import Place, library
 from supple.model.linear import Port
@@ -162,7 +165,8 @@ def test_its_slope_at_the_null_is_what_the_place_carries_felt_by_the_support():
     class Told:
         inputs, step, since = np.zeros((len(times), 0)), STEP, 0.0
 
-    found = unit_force(LAW, [HERTZ, RATIO], here, (stretch, rate), Told())  # type: ignore[arg-type]
+    told, shapes = cast(Prepared, Told()), [[HERTZ, RATIO]]
+    (found,) = unit_forces(LAW, shapes, [Spot(0, here, stretch, rate)], told)
     turn = 2 * np.pi * HERTZ
     bend = turn**2 / (turn**2 - 900.0 + 2j * RATIO * turn * 30.0)
     carried = (here.stiffness + 30j * here.damping) * -1e-4j
@@ -170,5 +174,5 @@ def test_its_slope_at_the_null_is_what_the_place_carries_felt_by_the_support():
     late = slice(600, None)  # the start has faded by then
     assert np.max(np.abs(found - wanted)[late]) < 0.12 * np.max(np.abs(wanted))
     slow = Place(2.4e5, 0.0, 0.0, 0.0)
-    still = unit_force(LAW, [HERTZ, RATIO], slow, (0 * times + 1e-4, 0 * times), Told())  # type: ignore[arg-type]
+    (still,) = unit_forces(LAW, shapes, [Spot(0, slow, 0 * times + 1e-4, 0 * times)], told)
     np.testing.assert_allclose(still, -(2.4e5**2) * 1e-4, rtol=1e-9)
