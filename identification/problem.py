@@ -27,6 +27,10 @@ from .shaft_form import with_shaft_form
 LANES = 8
 """Directions of a Jacobian are padded to a multiple of this, so that few shapes are compiled."""
 
+LONG = 2048
+"""Samples from which a program of the laws that act alone is worth compiling [-]; shorter records
+share one of all that fit."""
+
 RUNAWAY = 1e3
 """A simulation that runs away counts as wrong by this many times the largest value measured [-]."""
 
@@ -136,6 +140,8 @@ class Model:
         """The plant that simulates one record."""
         sensors = tuple(sensor.port for sensor in prepared.sensors)
         acting = tuple(dict.fromkeys(law.name for _, law in self.causes if law.acts))
+        if self.places and len(prepared.inputs) < LONG:
+            acting = None
         return Plant(self.problem.mechanism, prepared.ports, sensors, self.places, acting)
 
     def substeps(self, prepared: Prepared) -> int:
