@@ -156,7 +156,7 @@ class Plant:
 class Wiring:
     """Which law rows of a mechanism are in force, as data instead of as program.
 
-    Wherever laws act, plants with as many rows share their compiled code; rows are
+    Wherever they act, the same laws on as many rows share their compiled code; rows are
     filled up with rows on which nothing acts where they are many.
 
     Attributes:
