@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from dataclasses import replace
+
 import numpy as np
 
 from ..model.chain import FORCES
+from ..model.door import nearest, one_of
 from ..model.law import Law, library
 from ..model.robot import Robot
 from ..model.sensors import carrier
@@ -20,18 +24,19 @@ def possible_causes(fit: Fit) -> list[Cause]:
     problem = fit.problem
     mechanism, had = problem.mechanism, {(p, law.name) for p, law in fit.model.causes}
     found: list[Cause] = []
+    laws = [law for name, law in library().items() if name not in problem.left_out]
     for place, kind in mechanism.law_places().items():
-        for law in library().values():
+        for law in laws:
             fits = law.fits(kind, mechanism.turns(place))
             fits = fits and (not is_swung(problem, (place, law)) or swings(problem, law))
             if fits and (place, law.name) not in had and not _said_already(fit, place, law):
                 found.append((place, law))
     if any(told_motion(prepared) for prepared in problem.records):
-        drives = [(DRIVE, law) for law in library().values() if law.kind == DRIVE]
+        drives = [(DRIVE, law) for law in laws if law.kind == DRIVE]
         found += [(place, law) for place, law in drives if (place, law.name) not in had]
     leaning = _leaning(problem)
     for channel, is_input, driven in _channels(fit):
-        for law in library().values():
+        for law in laws:
             if not law.slot or (channel, law.name) in had:
                 continue
             fits = law.kind == "channel" or (not is_input and law.kind == "reading")
@@ -39,6 +44,21 @@ def possible_causes(fit: Fit) -> list[Cause]:
             if fits or (law.kind == "response" and not is_input and driven):
                 found.append((channel, law))
     return found
+
+
+def leaving_out(problem: Problem, names: Collection[str]) -> Problem:
+    """The problem in which laws of these names are not tried.
+
+    Raises:
+        ValueError: for a name that no law has.
+    """
+    for name in names:
+        if name not in library():
+            mend = f"write '{nearest(name, library()) or 'coulomb_friction'}'"
+            raise ValueError(
+                f"left_out: expected {one_of(library())}, found '{name}'. Mend: {mend}."
+            )
+    return replace(problem, left_out=frozenset(names))
 
 
 def _leaning(problem: Problem) -> set[str]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 from ..model.rig import Rig
 from .bootstrap import contest
-from .causes import hidden_masses
+from .causes import hidden_masses, leaving_out
 from .evidence import (
     SURE_SHARE,
     at_its_end,
@@ -122,6 +122,7 @@ def diagnose(
     rig: Rig,
     held: Sequence[Record] = (),
     progress: Progress = lambda text: None,
+    left_out: Collection[str] = (),
 ) -> Diagnosis:
     """Find what a rig's model lacks, place it, and measure the gain on records never fitted.
 
@@ -130,6 +131,8 @@ def diagnose(
         rig: the model that is asked, as read at the door; its numbers carry SI units.
         held: further records to hold out.
         progress: told what is being done.
+        left_out: names of laws that are not to be tried, where they cannot be the cause or where
+            it is asked what would be said without them.
 
     Returns:
         The diagnosis; laws are accepted one at a time while the gain is real.
@@ -143,8 +146,9 @@ def diagnose(
     for record in (*train, *kept):
         check_record_against_rig(record, rig)
     unseen = make_problem(kept, rig) if kept else None
+    problem = leaving_out(make_problem(train, rig), left_out)
     progress("fitting the rig as it stands")
-    base = fit_base(make_problem(train, rig))
+    base = fit_base(problem)
     progress("screening laws and places")
     state = _Search(base, unseen, progress)
     while len(state.accepted) < MOST_CAUSES and state.step():

@@ -289,28 +289,54 @@ def _pooled(frequency: np.ndarray, power: np.ndarray) -> tuple[np.ndarray, np.nd
 def _whittle(frequency: np.ndarray, power: np.ndarray, order: int) -> tuple[float, Noise]:
     """Twice the negative log Whittle likelihood and its noise, for one order."""
     frequency, power, sizes = _pooled(frequency, power + 1e-300)
-    count = float(sizes.sum())
+    count, turn = float(sizes.sum()), 2 * np.pi * frequency
+    waves = np.array([np.ones_like(turn), np.cos(turn), np.cos(2 * turn)])
+    loud = np.sum(waves * (sizes * power), axis=1)
 
-    def inverse(partial: np.ndarray) -> np.ndarray:
-        return 1.0 / Noise(coefficients_of(partial), 1.0).spectrum(frequency)
+    def cost(free: np.ndarray) -> tuple[float, np.ndarray]:
+        parts, slopes = _inverse_parts(_limited(free))
+        inverse = parts[0] + parts[1] * waves[1] + parts[2] * waves[2]
+        level = float(parts @ loud)
+        told = count * np.log(level / count) - np.sum(sizes * np.log(inverse))
+        by_parts = count / level * loud - np.sum(waves * (sizes / inverse), axis=1)
+        return float(told), (by_parts @ slopes) * _limited_slopes(free)
 
-    def cost(free: np.ndarray) -> float:
-        gain = inverse(_limited(free))
-        level = np.log(sizes @ (power * gain) / count)
-        return float(count * level - sizes @ np.log(gain))
-
-    best, partial = cost(np.zeros(0)), np.zeros(0)
+    best, partial = cost(np.zeros(0))[0], np.zeros(0)
     if order:
         starts = (np.zeros(order), np.eye(order)[0] * 1.2)
-        runs = [minimize(cost, start, method="Nelder-Mead") for start in starts]
+        runs = [minimize(cost, start, jac=True, method="L-BFGS-B") for start in starts]
         run = min(runs, key=lambda r: r.fun)
         best, partial = float(run.fun), _limited(run.x)
-    std = float(np.sqrt(sizes @ (power * inverse(partial)) / count))
+    std = float(np.sqrt(_inverse_parts(partial)[0] @ loud / count))
     return best, Noise(coefficients_of(partial), std)
+
+
+def _inverse_parts(partial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The inverse of an autoregressive law's density, for unit innovations, as a sum of waves.
+
+    Args:
+        partial: partial autocorrelations, shape (order,) [-].
+
+    Returns:
+        What 1, cos(w) and cos(2 w) are multiplied by, shape (3,), and its derivatives by
+        `partial`, shape (3, order) [-].
+
+    Source: |1 - a z - b z^2|^2 with a = p (1 - q), b = q; Box and Jenkins 1976, section 3.2.
+    """
+    p, q = (*partial, 0.0, 0.0)[:2]
+    a, kept = p * (1 - q), 1 - q
+    parts = np.array([1 + a * a + q * q, -2 * a * kept, -2 * q])
+    by_a = np.array([2 * a, -2 * kept, 0.0])
+    slopes = np.array([kept * by_a, np.array([2 * q, 2 * a, -2.0]) - p * by_a])
+    return parts, slopes[: len(partial)].T
 
 
 def _limited(free: np.ndarray) -> np.ndarray:
     return np.array(MEMORY_LIMITS[: len(free)]) * np.tanh(free)
+
+
+def _limited_slopes(free: np.ndarray) -> np.ndarray:
+    return np.array(MEMORY_LIMITS[: len(free)]) * (1 - np.tanh(free) ** 2)
 
 
 def coefficients_of(partial: Sequence[float] | np.ndarray) -> tuple[float, ...]:

@@ -51,6 +51,7 @@ class Problem:
         floor: the quietest noise law found so far of each (record, channel) [SI].
         corner: corners of laws are rounded over this share of the root mean square motion at
             their place [-].
+        left_out: names of laws that are not to be tried.
     """
 
     rig: Rig
@@ -60,6 +61,7 @@ class Problem:
     scales: Mapping[str, Scales] = field(default_factory=dict)
     floor: Mapping[Key, Noise] = field(default_factory=dict)
     corner: float = 0.01
+    left_out: frozenset[str] = frozenset()
 
     @cached_property
     def numbers(self) -> dict[str, float]:

@@ -65,7 +65,7 @@ class Trial:
         short knee, and what an engineer calls it is dry friction.
         """
         law, shapes = self.candidate.law, self.candidate.shapes
-        if not law.limit or not shapes:
+        if not law.limit or not shapes or law.limit in self.fit.problem.left_out:
             return law
         knee = self.fit.value(self.fit.index(shapes[0].label))
         reach = self.fit.problem.scales[self.candidate.place].stretch

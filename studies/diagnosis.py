@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -45,7 +45,12 @@ def diagnose_records(
     return result, found.final.converged
 
 
-def diagnosed(inputs: Inputs, seed: int, progress: Progress) -> tuple[dict[str, Any], Diagnosis]:
+def diagnosed(
+    inputs: Inputs,
+    seed: int,
+    progress: Progress = lambda text: None,
+    left_out: Collection[str] = (),
+) -> tuple[dict[str, Any], Diagnosis]:
     """Diagnose what was read: the contract's ``diagnosis.json``, and what stands behind it [SI].
 
     Raises:
@@ -54,7 +59,7 @@ def diagnosed(inputs: Inputs, seed: int, progress: Progress) -> tuple[dict[str, 
     from ..identification.diagnose import diagnose
     from ..identification.verdict import diagnosis_json
 
-    found = diagnose(inputs.records, inputs.rig, inputs.held_out, progress)
+    found = diagnose(inputs.records, inputs.rig, inputs.held_out, progress, left_out)
     progress("")
     return diagnosis_json(found, inputs.provenance(seed)), found
 

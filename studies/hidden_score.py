@@ -6,8 +6,11 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from .hidden_sizes import compared, error_of, gains_most, holds
+
 Row = Mapping[str, Any]
 
+BENCHES = ("A", "B")
 ADEQUATE, UNKNOWN, FAILED = "adequate", "unknown", "failed"
 NORMS = (0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
 """Lower edges of the detectability's classes: projected norm in noise units [-]."""
@@ -111,7 +114,7 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
         confusion.setdefault(asked(row), Counter())[answered(row)] += 1
     single = [row for row in rows if len(row["truth"]) == 1]
     known = [row for row in single if row["known"]]
-    sure = [row for row in known if row["power"]["detectable"]]
+    found = [row for row in known if sure(row)]
     strong = [row for row in known if row["power"].get("strong")]
     strange = [row for row in single if not row["known"] and row["power"]["detectable"]]
     several = [row for row in rows if len(row["truth"]) > 1 and row["known"]]
@@ -120,20 +123,52 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
         "outcomes": dict(Counter(outcome(row) for row in rows)),
         "confusion": {name: dict(counts) for name, counts in sorted(confusion.items())},
         "false_alarms": false_alarms(rows),
-        "law_right": _share(sure, _law_right),
-        "place_right_too": _share(sure, _right),
+        "law_right": _share(found, _law_right),
+        "place_right_too": _share(found, _right),
         "strong_law_right": _share(strong, _law_right),
         "strong_place_right_too": _share(strong, _right),
-        "right_where_named": _share([r for r in sure if named(r)], _right),
+        "right_where_named": _share([row for row in found if named(row)], _right),
         "law_absent_named_wrongly": _share(strange, lambda row: bool(named(row))),
+        "without": _without(rows),
+        "strength": _strengths(found),
+        "gains_most": _share([r for r in found if r["nrmse_before"] is not None], gains_most),
         "several_all_right": _share(several, _right),
         "several_none_wrong": _share(several, none_wrong),
         "power": power_curve(known),
         "calibration": calibration(rows),
-        "held_out": _held_out(sure),
+        "held_out": _held_out(found),
         "seconds": _seconds(rows),
-        "baselines": _baselines(rows, sure),
+        "baselines": _baselines(rows, found),
     }
+
+
+def sure(row: Row) -> bool:
+    """Whether a case hides one effect that could be found, by a law that the library has."""
+    return len(row["truth"]) == 1 and row["known"] and row["power"]["detectable"]
+
+
+def _without(rows: Sequence[Row]) -> dict[str, Any]:
+    """What is said where the law of the hidden effect has been taken out of the library."""
+    apart = [{**row, **row["without"]} for row in rows if row.get("without")]
+    return {
+        "named_wrongly": _share(apart, lambda row: bool(named(row))),
+        "unknown": _share(apart, lambda row: row["status"] == UNKNOWN),
+        "unknown_and_placed": _share(apart, lambda r: r["status"] == UNKNOWN and _at_its_place(r)),
+    }
+
+
+def _at_its_place(row: Row) -> bool:
+    return row["where"] in row["truth"][0]["places"]
+
+
+def _strengths(rows: Sequence[Row]) -> dict[str, Any]:
+    """How well strengths are told where the cause is named, and how often intervals hold them."""
+    import numpy as np
+
+    told = [row for row in rows if compared(row) is not None]
+    errors = [error for row in told if (error := error_of(row)) is not None]
+    median = float(np.median(errors)) if errors else None
+    return {"interval_holds": _share(told, holds), "median_error": median}
 
 
 def _law_right(row: Row) -> bool:

@@ -111,6 +111,37 @@ def test_every_law_is_stationary_and_its_spectrum_holds_its_power(free):
     assert np.mean(noise.spectrum(circle)) == pytest.approx(noise.marginal_std**2, rel=1e-6)
 
 
+@given(st.lists(st.floats(-0.97, 0.97), max_size=2))
+def test_the_inverse_density_is_a_sum_of_waves_with_right_slopes(partial):
+    frequency = np.linspace(0.01, 0.49, 25)
+    turn = 2 * np.pi * frequency
+    waves = np.array([np.ones_like(turn), np.cos(turn), np.cos(2 * turn)])
+    partial = np.array(partial)
+    parts, slopes = noises._inverse_parts(partial)
+    law = Noise(noises.coefficients_of(partial), 1.0)
+    assert parts @ waves == pytest.approx(1 / law.spectrum(frequency), rel=1e-9, abs=1e-12)
+    for index in range(len(partial)):
+        step = np.eye(len(partial))[index] * 1e-6
+        ends = [noises._inverse_parts(partial + sign * step)[0] for sign in (1, -1)]
+        assert slopes[:, index] == pytest.approx((ends[0] - ends[1]) / 2e-6, abs=1e-7)
+
+
+def test_the_law_is_the_most_likely_one():
+    frequency, power = periodogram(draw((0.9, -0.4), 7) + 0.2 * PREDICTED)
+    cost, law = noises._whittle(frequency, power, 2)
+    grid = np.linspace(-0.9, 0.9, 37)
+    others = [Noise(noises.coefficients_of((p, 0.5 * q)), 1.0) for p in grid for q in grid]
+    pooled, mean, sizes = noises._pooled(frequency, power)
+    densities = [other.spectrum(pooled) for other in (law, *others)]
+    levels = [np.log(sizes @ (mean / one) / sizes.sum()) for one in densities]
+    told = [
+        sizes.sum() * level + sizes @ np.log(one)
+        for level, one in zip(levels, densities, strict=True)
+    ]
+    assert told[0] == pytest.approx(cost)
+    assert told[0] <= min(told) + 1e-6
+
+
 def test_the_periodogram_of_white_noise_has_mean_one():
     frequency, power = periodogram(draw((), 2, 8000))
     assert np.mean(power) == pytest.approx(1.0, abs=0.05)

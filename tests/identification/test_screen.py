@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from supple.identification.causes import hidden_masses, possible_causes
+from supple.identification.causes import hidden_masses, leaving_out, possible_causes
 from supple.identification.extend import extend
 from supple.identification.fit import Fit, fit_base
 from supple.identification.problem import make_problem
@@ -125,6 +125,17 @@ def test_only_laws_that_make_sense_are_tried(clean_fit, tmp_path):
     bench = make_bench(tmp_path, motion="rotation", held=())
     turning = fit_base(make_problem(bench.records, bench.rig))
     assert any(law.name == "gravity" for _, law in possible_causes(turning))
+
+
+def test_laws_that_are_left_out_are_not_tried(clean_fit):
+    every = {(place, law.name) for place, law in possible_causes(clean_fit)}
+    problem = leaving_out(clean_fit.problem, ["coulomb_friction", "sensor_saturation"])
+    fit = replace(clean_fit, model=replace(clean_fit.model, problem=problem))
+    left = {(place, law.name) for place, law in possible_causes(fit)}
+    gone = {name for _, name in every - left}
+    assert gone == {"coulomb_friction", "sensor_saturation"} and left < every
+    with pytest.raises(ValueError, match=r"left_out: expected.*'dry_friction'.*Mend"):
+        leaving_out(clean_fit.problem, ["dry_friction"])
 
 
 def test_alikeness_is_a_cosine(seen):

@@ -15,9 +15,9 @@ from supple.studies.hidden_effect import (
     done,
     draw,
     draw_case,
-    lines,
     require_bench,
 )
+from supple.studies.hidden_page import lines, write_hidden_page
 from supple.studies.hidden_score import (
     answered,
     asked,
@@ -43,6 +43,7 @@ def row(status="named", said=(), truth=(), bench="A", norm=200.0, known=True, **
     base = {"bench": bench, "seed": 1, "noise": "white", "model": "pinned_wrist"}
     base |= {"nrmse_before": 0.2, "nrmse_after": 0.03, "noise_floor": 0.02, "seconds": 4.0}
     base |= {"baseline": {"law": "", "place": "", "delta_bic": 0.0}, "known": known}
+    base |= {"without": None, "where": None}
     return base | {"status": status, "causes": causes, "truth": hidden, "power": power} | more
 
 
@@ -133,6 +134,63 @@ def test_tables_count_what_is_there():
     assert answered(row("ambiguous", [CUBIC, FRICTION])).startswith("ambiguous: ")
 
 
+def test_a_law_taken_out_is_counted_apart():
+    unknown = {"status": "unknown", "causes": [], "where": "wrist_too"}
+    elsewhere = {**unknown, "where": "sleeve"}
+    wrong = {"status": "named", "causes": row("named", [CUBIC])["causes"], "where": None}
+    cases = [
+        row("named", [FRICTION], [FRICTION], without=one) for one in (unknown, elsewhere, wrong)
+    ]
+    cases.append(row("named", [FRICTION], [FRICTION], without=None))
+    found = tables(cases)
+    assert found["law_right"]["share"] == 1.0
+    without = {name: (one["hits"], one["count"]) for name, one in found["without"].items()}
+    assert without == {
+        "named_wrongly": (1, 3), "unknown": (2, 3), "unknown_and_placed": (1, 3),
+    }  # fmt: skip
+
+
+def test_only_what_could_be_found_is_asked_without_its_law(monkeypatch):
+    asked_for = []
+
+    def verdict(sidecars, left_out=()):
+        asked_for.append(tuple(left_out))
+        return {"status": "adequate", "causes": [], "where": None}
+
+    def drawn(bench, seed, folder):
+        power = {"detectable": seed != 9}
+        hidden = {"law": "clearance", "place": "wrist", "places": ["wrist"], "strength": 0.1}
+        truth = {"model": "pinned_wrist", "noise": {"kind": "white"}, "power": power}
+        truth["causes"] = [hidden] * (seed != 13)
+        (folder / "truth.json").write_text(json.dumps(truth))
+        return []
+
+    monkeypatch.setattr(hidden_effect, "_verdict", verdict)
+    monkeypatch.setattr(hidden_effect, "draw_case", drawn)
+    for name in ("white_bic", "sparse_regression"):
+        monkeypatch.setattr(hidden_effect, name, lambda sidecars: None)
+    rows = [answer(("A", seed)) for seed in (4, 5, 9, 13)]
+    assert asked_for == [(), (), ("clearance",), (), ()]
+    assert [one["without"] is None for one in rows] == [True, False, True, True]
+
+
+def test_the_page_tells_every_case_that_was_not_answered_rightly(tmp_path):
+    cases = [
+        row("named", [FRICTION], [FRICTION]),
+        row("adequate", [], [CUBIC], norm=40.0, seed=17),
+        row("failed", [], [CUBIC], bench="B", seed=18, fault="it <broke>"),
+        row("named", [CUBIC], seed=19),
+    ]
+    benches = {b: tables([one for one in cases if one["bench"] == b]) for b in "AB"}
+    result = {"benches": benches, "cases": cases, "protocol": ["A case is a seed."]}
+    result["provenance"] = {"version": "0"}
+    page = write_hidden_page(result, tmp_path / "page.html").read_text()
+    assert "Not answered rightly, bench A: 2" in page and "bench B: 1" in page
+    assert "A 17" in page and "40, too weak" in page and "it &lt;broke&gt;" in page
+    assert "dry (Coulomb) friction (wrist)" in page and "A 1<" not in page
+    assert page.count("<svg") == 0 and page.count("data:image/svg+xml") == 1
+
+
 def test_without_the_bench_the_study_says_so(tmp_path):
     with pytest.raises(ValueError, match=r"expected the bench.*source checkout"):
         require_bench(tmp_path)
@@ -180,7 +238,7 @@ def test_a_run_that_was_stopped_goes_on(quick, tmp_path):
     names = {file.name for file in tmp_path.iterdir()}
     assert names == {
         hidden_effect.CASES,
-        *(f"hidden_effect.{end}" for end in ("json", "md", "svg")),
+        *(f"hidden_effect.{end}" for end in ("json", "md", "svg", "html")),
     }
     assert json.loads((tmp_path / "hidden_effect.json").read_text()) == again
     text = (tmp_path / "hidden_effect.md").read_text()
