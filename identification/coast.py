@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from ..model.acting import space_of
 from ..model.linear import Array, discretize
-from ..model.march import space_of
 from ..model.plant import Plant
 
 BLOCK = 64

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from ..model.acting import space_of
 from ..model.delay import shift
 from ..model.linear import Array, make_step
-from ..model.march import space_of
 from ..model.plant import Plant
 from ..model.pushed import is_pushed, pushed
 from ..model.respond import simulate

@@ -13,15 +13,16 @@ from scipy.stats import chi2 as chi2_distribution
 
 from ..model.law import Law, Place, Scales
 from ..model.plant import numbers_vector
-from ..model.respond import force_responses
+from ..model.respond import force_responses, pushed_tangents
 from .causes import numbers_at, possible_causes
 from .drive_error import estimated_errors
-from .faults import DRIVE, FaultyReading, felt, told_motion
+from .faults import DRIVE, FaultyReading, felt, misread_along, told_motion
 from .fit import Fit
 from .free import Entry, law_entry, own_shapes, shape_entries
 from .motions import motions
 from .null_forces import Spot, unit_forces
-from .problem import Cause, padded_lanes, sample
+from .prepare import Prepared
+from .problem import Cause, before, padded_lanes, sample
 from .swung import UNIT, is_swung
 
 VISIBLE = 3.0
@@ -165,7 +166,7 @@ def trials_of(fit: Fit, cause: Cause) -> list[Attempt]:
     scales, unit = _scales_at(fit, cause), _channel_unit(fit, place)
     left = _left(fit, place)
     choices = [s.sought(left) if s.sought and left else s.trials(scales) for s in law.shapes]
-    if fit.model.places and law.acts:  # each trial is a march there: only the middle ones
+    if fit.model.places and law.acts:  # each costs a march there: only the middle ones
         choices = [(values[len(values) // 2],) for values in choices]
     found = []
     for values in product(*choices):
@@ -192,7 +193,6 @@ def _left(fit: Fit, channel: str) -> dict[str, tuple[np.ndarray, float]]:
 
 def _columns(fit: Fit, trials: Sequence[Attempt]) -> Iterator[tuple[list[int], np.ndarray]]:
     """Whitened Jacobian columns by groups that are computed together."""
-    linear = not fit.model.places
     groups: dict[str, list[int]] = {}
     for index, trial in enumerate(trials):
         place, law = trial.cause
@@ -201,7 +201,7 @@ def _columns(fit: Fit, trials: Sequence[Attempt]) -> Iterator[tuple[list[int], n
         elif is_swung(fit.problem, trial.cause):
             name = place  # its force and what sensors feel of it hang on what is told
         else:
-            name = "channels" if not law.acts else ("forces" if linear else place)
+            name = "forces" if law.acts else "channels"
         groups.setdefault(name, []).append(index)
     for name, which in groups.items():
         chosen = [trials[i] for i in which]
@@ -258,17 +258,17 @@ def _allowed(fit: Fit, columns: np.ndarray) -> np.ndarray:
 
 
 def _force_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
-    """Columns of laws at their null about a linear motion: responses to the laws' forces there."""
+    """Columns of laws at their null: responses to their forces about the motion as fitted."""
     model, problem = fit.model, fit.problem
-    places = tuple(dict.fromkeys(trial.cause[0] for trial in trials))
+    linear = not model.places
+    tried = dict.fromkeys(trial.cause[0] for trial in trials)
+    places = tuple(tried if linear else problem.mechanism.law_places())
     moved = motions(model, fit.x, places)
     rows = {place: len(moved[place]) // len(problem.records) for place in places}
     starts = dict(zip(places, np.cumsum([0, *rows.values()])[:-1], strict=True))
     blocks = []
     for index, prepared in enumerate(problem.records):
-        plant = replace(model.plant(prepared), law_places=places)
         numbers = model.numbers(prepared, fit.x)
-        z = numbers_vector(plant, numbers)
         spots: dict[str, list[Spot]] = {}
         for place in places:
             own = moved[place][index * rows[place] : (index + 1) * rows[place]]
@@ -289,14 +289,43 @@ def _force_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
             found = unit_forces(law, shapes, [spot for _, spot in at], prepared)
             for (lane, spot), force in zip(at, found, strict=True):
                 forces[lane, : len(force), spot.row] = force * trials[lane].entry.scale
-        seen = np.asarray(
-            force_responses(plant, jnp.asarray(z), jnp.asarray(forces), jnp.asarray(prepared.step))
-        )
-        for i, sensor in enumerate(prepared.sensors):
-            noise = model.noises[prepared.name, sensor.channel.name]
-            block = sample(sensor, seen[: len(trials), :, i].T)
-            blocks.append(-noise.whiten(block))
+        plant = model.plant(prepared)
+        if linear:
+            plant = replace(plant, law_places=places)
+            z = jnp.asarray(numbers_vector(plant, numbers))
+            seen = force_responses(plant, z, jnp.asarray(forces), jnp.asarray(prepared.step))
+        else:
+            z, pushes = model.vector(prepared, fit.x), jnp.asarray(forces)
+            inputs, *rest = model.arguments(prepared)
+            seen = pushed_tangents(plant, model.substeps(prepared), z, pushes, inputs, *rest)
+        seen = np.nan_to_num(np.asarray(seen)[: len(trials)], nan=0.0, posinf=0.0, neginf=0.0)
+        blocks += _misread_columns(fit, prepared, seen.transpose(1, 2, 0))
     return _allowed(fit, np.concatenate(blocks))
+
+
+def _misread_columns(fit: Fit, prepared: Prepared, moved: np.ndarray) -> list[np.ndarray]:
+    """Whitened columns of one record's channels, as the faults in force let them through.
+
+    Args:
+        fit: whose causes may be faults.
+        prepared: the record.
+        moved: derivatives of each sensor on the simulation's grid, shape (t, sensors, k) [SI].
+    """
+    model = fit.model
+    still = replace(model, entries=(), fixed=_held(fit))
+    grid, blocks = None, []
+    for index, sensor in enumerate(prepared.sensors):
+        own = moved[:, index]
+        columns = sample(sensor, own)
+        if faults := still.faults(prepared, sensor, np.zeros(0)):
+            grid = model.grid(prepared, fit.x) if grid is None else grid
+            true = grid[:, index]
+            readings = before(sensor, true), sample(sensor, true)
+            both, none = (before(sensor, own), columns), np.zeros(columns.shape[1])
+            columns = misread_along(faults, readings, both, sensor.step, none)[1]
+        noise = model.noises[prepared.name, sensor.channel.name]
+        blocks.append(-noise.whiten(columns))
+    return blocks
 
 
 def _held(fit: Fit) -> tuple[tuple[Entry, float], ...]:

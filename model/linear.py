@@ -86,6 +86,7 @@ class Port:
     held: bool = False
 
 
+@jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class StateSpace:
     """``x' = A x + B w``, ``y = C x + D w`` with x = (q, v, grounds), w = (inputs, law forces).
@@ -311,6 +312,7 @@ def _balance(matrix: Array) -> Array:
     return jnp.exp2(jnp.round(jnp.log2(jax.lax.fori_loop(0, 12, sweep, jnp.ones(size)))))
 
 
+@jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Step:
     """Matrices of one step, from the values at its start to its middle and its end.

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
+from .acting import ActingRows, LinearPart
 from .chain import DERIVATIVES, FORCES
 from .law import Law, Memory, Place
-from .linear import Array, StateSpace, Step, make_step, moved_grounds, state_space
+from .linear import Array, StateSpace, Step, moved_grounds
 from .plant import Plant, laws_of
 from .swung import SwungRows, Told
 from .swung_plant import swings_of, swung_rows, told_at, told_within
@@ -19,24 +19,6 @@ NEWTON_STEPS = 3
 
 MOST_UNROLLED = 16
 """Largest matrix of law forces whose inverse is unrolled [-]; larger ones take long to compile."""
-
-
-class ActingRows(NamedTuple):
-    """What acts, as data.
-
-    Attributes:
-        strengths: strength and shapes of every law on every row, shape (numbers, rows) [SI].
-        select: rows in force, shape (rows, all rows) [-].
-        widths: rounding of corners in stretch and rate, shape (rows, 2) [SI].
-        unused: 1 for rows on which nothing acts, shape (rows,) [-].
-        memory: what laws remember at the start, shape (numbers, rows) [SI]; None: as they begin.
-    """
-
-    strengths: Any
-    select: Any
-    widths: Any
-    unused: Any
-    memory: Any = None
 
 
 class March(NamedTuple):
@@ -53,34 +35,6 @@ class March(NamedTuple):
     forces: Array
     defect: Array
     memory: Array
-
-
-def space_of(plant: Plant, z: Array) -> StateSpace:
-    """State space of a plant at z [SI], its own law places as they are."""
-    numbers = plant.numbers(z)
-    return state_space(plant.mechanism, numbers, plant.marched, plant.sensors, plant.law_places)
-
-
-def acting_space(bare: Plant, z: Array, acting: ActingRows) -> StateSpace:
-    """State space [SI] with the selected law rows; where nothing acts, with unit stiffness."""
-    select, count = acting.select, len(bare.inputs)
-    if select.shape[0] == 0:
-        return space_of(bare, z)
-    whole = space_of(replace(bare, law_places=tuple(bare.mechanism.law_places())), z)
-
-    def narrow(matrix: Array) -> Array:
-        return jnp.concatenate([matrix[:, :count], matrix[:, count:] @ select.T], axis=1)
-
-    return replace(
-        whole,
-        b=narrow(whole.b),
-        d=narrow(whole.d),
-        stretch=select @ whole.stretch,
-        rate=select @ whole.rate,
-        rate_input=select @ whole.rate_input,
-        stiffness=select @ whole.stiffness + acting.unused,
-        damping=select @ whole.damping + acting.unused,
-    )
 
 
 def offset_mask(plant: Plant) -> Array:
@@ -132,7 +86,14 @@ def _begin(plant: Plant, x0: Array, inputs: Array) -> Array:
 
 
 def march_rows(
-    plant: Plant, substeps: int, z: Array, acting: ActingRows, inputs: Array, step: Array
+    plant: Plant,
+    substeps: int,
+    z: Array,
+    acting: ActingRows,
+    inputs: Array,
+    step: Array,
+    linear: LinearPart,
+    pushes: Array | None = None,
 ) -> March:
     """March a motion [SI].
 
@@ -143,11 +104,16 @@ def march_rows(
         acting: law rows in force.
         inputs: sampled inputs, shape (t, inputs) [SI].
         step: sampling interval [s].
+        linear: the mechanism at z.
+        pushes: further forces that resist all law rows of the mechanism, linear between samples,
+            shape (t, all rows) [N or N m]; `linear` must know of them.
     """
-    space = acting_space(plant, z, acting)
+    space, matrices = linear
     drive = inputs + z[plant.slots["drive"]] * offset_mask(plant)
     first, last = interval_values(plant, drive, step)
-    matrices = make_step(space, step / substeps)
+    if pushes is not None:
+        first = jnp.concatenate([first, pushes[:-1]], axis=1)
+        last = jnp.concatenate([last, pushes[1:]], axis=1)
     x0 = _begin(plant, z[plant.slots["start"]], inputs)
     law = _Laws(plant, space, acting, z)
     if law.rows == 0:
@@ -220,7 +186,7 @@ class _Laws:
     """Forces of all laws of a plant, and their slopes."""
 
     def __init__(self, plant: Plant, space: StateSpace, acting: ActingRows, z: Array) -> None:
-        self.space, self.n_inputs, self.plant = space, len(plant.inputs), plant
+        self.space, self.n_inputs, self.plant = space, space.rate_input.shape[1], plant
         self.numbers = plant.numbers(z)
         self.swings = swings_of(plant.mechanism)
         if self.swings:

@@ -120,6 +120,11 @@ class Plant:
         return replace(self, law_places=(), acting=self.program)
 
     @cached_property
+    def lawless(self) -> Plant:
+        """The bare plant without any law: what its linear part is compiled for."""
+        return replace(self, law_places=(), acting=())
+
+    @cached_property
     def program(self) -> tuple[str, ...]:
         """Names of the laws that are compiled in, in the order of the mechanism's.
 

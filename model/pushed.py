@@ -6,9 +6,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .acting import space_of
 from .chain import FORCES, Chain
 from .linear import Array, make_step
-from .march import interval_values, offset_mask, space_of
+from .march import interval_values, offset_mask
 from .plant import Plant
 
 BLOCK = 32

@@ -10,10 +10,11 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
+from .acting import ActingRows, LinearPart, linear_part, space_of
 from .chain import DERIVATIVES, FORCES
 from .delay import shift
 from .linear import Array, StateSpace, make_step
-from .march import ActingRows, March, acting_space, driven, march_rows, offset_mask, space_of
+from .march import March, driven, march_rows, offset_mask
 from .plant import Plant, laws_of
 from .ripple import rippled
 from .swung_plant import swings_of, swung_readings, swung_rows
@@ -23,14 +24,23 @@ from .told import accelerated
 
 @partial(jax.jit, static_argnums=(0, 1))
 def _simulate(
-    bare: Plant, substeps: int, z: Array, acting: ActingRows, inputs: Array, step: Array
+    bare: Plant,
+    substeps: int,
+    z: Array,
+    acting: ActingRows,
+    inputs: Array,
+    step: Array,
+    linear: LinearPart | None = None,
+    pushes: Array | None = None,
 ) -> tuple[Array, March]:
     inputs = rippled(bare, z[bare.slots["ripple"]], inputs, step)
     bare, z, inputs = accelerated(bare, z, inputs, step)
-    motion = march_rows(bare, substeps, z, acting, inputs, step)
-    space = acting_space(bare, z, acting)
+    linear = linear_part(bare, substeps, z, acting, step) if linear is None else linear
+    motion = march_rows(bare, substeps, z, acting, inputs, step, linear, pushes)
+    space = linear.space
     drive = inputs + z[bare.slots["drive"]] * offset_mask(bare)
-    felt = jnp.concatenate([_felt(bare, drive, step), motion.forces], axis=1)
+    parts = [_felt(bare, drive, step), motion.forces]
+    felt = jnp.concatenate(parts if pushes is None else [parts[0], pushes, parts[1]], axis=1)
     outputs = driven(motion.states, space.c) + driven(felt, space.d)
     if motion.forces.shape[1] and swings_of(bare.mechanism):
         outputs = outputs + _swung(bare, z, acting, motion.states, drive)
@@ -68,6 +78,31 @@ def _acting(plant: Plant, strengths: Any, widths: Any) -> ActingRows:
     return ActingRows(strengths, wiring.select, rounded, wiring.unused)
 
 
+@partial(jax.jit, static_argnums=(0, 1, 6))
+def _linear(
+    lawless: Plant, substeps: int, z: Array, select: Array, unused: Array, step: Array, pushed: bool
+) -> LinearPart:
+    return linear_part(lawless, substeps, z, ActingRows(None, select, None, unused), step, pushed)
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _linear_along(
+    lawless: Plant,
+    substeps: int,
+    z: Array,
+    by_z: Array,
+    select: Array,
+    unused: Array,
+    step: Array,
+) -> tuple[LinearPart, LinearPart]:
+    """The linear part, and its derivatives along directions on a first axis."""
+
+    def at(z: Array) -> LinearPart:
+        return _linear(lawless, substeps, z, select, unused, step, False)
+
+    return jax.vmap(lambda by: jax.jvp(at, (z,), (by,)), out_axes=(None, 0))(by_z)
+
+
 def simulate(
     plant: Plant,
     substeps: int,
@@ -95,7 +130,18 @@ def simulate(
     """
     bare, strengths = _split(plant, z)
     acting = _acting(plant, strengths, widths)
-    return _simulate(plant.bare, substeps, bare, acting, inputs, step)[0]
+    return _simulate(*_marched(plant, substeps, bare, acting, inputs, step))[0]
+
+
+def _marched(
+    plant: Plant, substeps: int, z: Any, acting: ActingRows, inputs: Array, step: Any
+) -> tuple[Any, ...]:
+    """What `_simulate` is called with: where laws act, with the linear part found before."""
+    linear = None
+    if plant.law_places:
+        rows = acting.select, acting.unused
+        linear = _linear(plant.lawless, substeps, z, *rows, step, False)
+    return plant.bare, substeps, z, acting, inputs, step, linear
 
 
 def tangents(
@@ -123,8 +169,13 @@ def tangents(
     """
     bare, strengths = _split(plant, z)
     acting = _acting(plant, strengths, widths)
-    along = _split(plant, directions)
-    return _tangents(plant.bare, substeps, bare, along, acting, inputs, step)
+    by_z, by_strength = _split(plant, directions)
+    linear, by_linear = None, None
+    if plant.law_places:
+        rows = acting.select, acting.unused
+        linear, by_linear = _linear_along(plant.lawless, substeps, bare, by_z, *rows, step)
+    along = by_z, by_strength, by_linear
+    return _tangents(plant.bare, substeps, bare, along, acting, inputs, step, linear)
 
 
 @partial(jax.jit, static_argnums=(0, 1))
@@ -132,19 +183,74 @@ def _tangents(
     bare: Plant,
     substeps: int,
     z: Array,
-    directions: tuple[Array, Array],
+    directions: tuple[Array, Array, LinearPart | None],
     acting: ActingRows,
     inputs: Array,
     step: Array,
+    linear: LinearPart | None,
 ) -> Array:
-    def outputs(z: Array, strengths: Array) -> Array:
+    def outputs(z: Array, strengths: Array, linear: LinearPart | None) -> Array:
         now = acting._replace(strengths=strengths)
-        return _simulate(bare, substeps, z, now, inputs, step)[0][:, :-1]
+        return _simulate(bare, substeps, z, now, inputs, step, linear)[0][:, :-1]
 
-    def along(by_z: Array, by_strength: Array) -> Array:
-        return jax.jvp(outputs, (z, acting.strengths), (by_z, by_strength))[1]
+    def along(*by: Any) -> Array:
+        return jax.jvp(outputs, (z, acting.strengths, linear), by)[1]
 
     return jax.vmap(along)(*directions)
+
+
+def pushed_tangents(
+    plant: Plant,
+    substeps: int,
+    z: Any,
+    pushes: Array,
+    inputs: Array,
+    step: Array,
+    widths: Any,
+) -> Array:
+    """Derivatives of `simulate` by forces at law places, which are none.
+
+    About a motion under laws this is what one more law would change, while its strength is still
+    nothing: all of them share one program.
+
+    Args:
+        plant: what is simulated; laws act on it (static).
+        substeps: steps a sample (static).
+        z: point [SI].
+        pushes: forces that resist every law row of the mechanism, its law places in their order,
+            linear between samples, shape (k, t, all law rows) [N or N m].
+        inputs: as for `simulate`.
+        step: sampling interval [s].
+        widths: as for `simulate`.
+
+    Returns:
+        Shape (k, t, sensors) [SI per unit of `pushes`].
+
+    Source: tests/model/test_respond.py (against differences of a law's strength).
+    """
+    bare, strengths = _split(plant, z)
+    acting = _acting(plant, strengths, widths)
+    rows = acting.select, acting.unused
+    linear = _linear(plant.lawless, substeps, bare, *rows, step, True)
+    return _pushed(plant.bare, substeps, bare, acting, inputs, step, linear, pushes)
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _pushed(
+    bare: Plant,
+    substeps: int,
+    z: Array,
+    acting: ActingRows,
+    inputs: Array,
+    step: Array,
+    linear: LinearPart,
+    pushes: Array,
+) -> Array:
+    def outputs(push: Array) -> Array:
+        return _simulate(bare, substeps, z, acting, inputs, step, linear, push)[0][:, :-1]
+
+    none = jnp.zeros(pushes.shape[1:])
+    return jax.vmap(lambda push: jax.jvp(outputs, (none,), (push,))[1])(pushes)
 
 
 def state_history(
@@ -172,7 +278,7 @@ def state_history(
     """
     bare, strengths = _split(plant, z)
     acting = _acting(plant, strengths, widths)._replace(memory=memory)
-    _, motion = _simulate(plant.bare, substeps, bare, acting, inputs, jnp.asarray(step))
+    _, motion = _simulate(*_marched(plant, substeps, bare, acting, inputs, jnp.asarray(step)))
     forces = np.asarray(motion.forces)[:, : plant.rows]
     return np.asarray(motion.states), forces, np.asarray(motion.memory)
 
