@@ -454,13 +454,13 @@ def test_forces_beside_a_law_in_force_do_what_one_more_law_would(driven):
     left, mid = (first + names.index((place, "cubic_stiffness")) for place in ("left", "mid"))
     z[left] = 900.0
     told = 0.05 * wave(fine) if driven else wave(fine)
-    rest = jnp.asarray(told), jnp.asarray(step), np.tile([1e-3, 0.05], (2, 1))
+    rest = jnp.asarray(told), jnp.asarray(step), jnp.tile(jnp.array([1e-3, 0.05]), (2, 1))
     ends = []
     for strength in (0.01, -0.01):
         z[mid] = strength
         ends.append(np.asarray(simulate(plant, 2, z, *rest))[:, :-1])
     z[mid] = 0.0
-    states = state_history(plant, 2, z, *rest)[0]
+    states = state_history(plant, 2, jnp.asarray(z), *rest)[0]
     everywhere = list(PAIR.law_places())
     forces = np.zeros((3, fine, len(everywhere)))
     forces[1, :, everywhere.index("mid")] = (states[:, 1] - states[:, 0]) ** 3
