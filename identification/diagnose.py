@@ -25,6 +25,7 @@ from .problem import Problem, make_problem
 from .records import Record, check_record_against_rig, split_records
 from .refits import Progress, exchanged, quick_refits, whole_refits
 from .screen import VISIBLE, Candidate, screen
+from .spikes import without_spikes
 from .standing import (
     MISFIT_SHOWN,
     alike_pairs,
@@ -128,6 +129,7 @@ def diagnose(
 
     Args:
         records: measured, as read at the door; those that say ``split = "held_out"`` are held out.
+            Samples that stand out alone are taken for what their neighbours say.
         rig: the model that is asked, as read at the door; its numbers carry SI units.
         held: further records to hold out.
         progress: told what is being done.
@@ -142,7 +144,8 @@ def diagnose(
 
     Source: DESIGN's order; tests/identification/test_diagnose.py, tests/test_real_records.py.
     """
-    train, kept, split = split_records(records, held)
+    smooth, smooth_held = ([without_spikes(one) for one in some] for some in (records, held))
+    train, kept, split = split_records(smooth, smooth_held)
     for record in (*train, *kept):
         check_record_against_rig(record, rig)
     unseen = make_problem(kept, rig) if kept else None

@@ -376,6 +376,7 @@ def diagnosis_json(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> dict[
                 "n_samples": p.count,
                 "sample_rate": 1.0 / p.step,
                 "window": p.reason,
+                "warnings": list(p.record.warnings),
             }
             for p, split in rows
         ],

@@ -367,5 +367,6 @@ def _provenance(result: Mapping[str, Any]) -> dict[str, Any] | None:
     first = f"supple {origin.get('version', '')}, seed {origin.get('seed', '')}, "
     first += f"{number_words(origin.get('seconds'), 3)} s."
     second = f"Records: {'; '.join(records)}." if records else ""
+    said = [line for r in result.get("records") or [] for line in r.get("warnings") or []]
     rows = [[str(name), str(digest)] for name, digest in (origin.get("inputs") or {}).items()]
-    return _section("Provenance", first, second, head=["input", "sha256"], rows=rows, left=2)
+    return _section("Provenance", first, second, *said, head=["input", "sha256"], rows=rows, left=2)
