@@ -37,6 +37,9 @@ def covariance_of(
 ) -> np.ndarray:
     """Covariance of a fit's unknowns; where misfit is left, errors grow by its own spectrum.
 
+    Noise that is louder where the motion is larger, and where it tells most, makes errors larger
+    than its mean size does: they grow to what the squared residuals themselves say.
+
     Where two constants trade off along a bent valley, one place may look sharp although the
     records do not object to its neighbours: errors are those of the widest place that is reached
     within a standard deviation at a time.
@@ -51,7 +54,8 @@ def covariance_of(
         Shape (d, d) [-].
 
     Source: sandwich covariance, White 1982, doi:10.2307/1912526, with the smoothed spectrum of
-    the whitened residual; tests/identification/test_fit.py, test_identifiable.py.
+    the whitened residual; for uneven noise White 1980, doi:10.2307/1912934;
+    tests/identification/test_fit.py, test_identifiable.py, test_errors.py.
     """
     x, covariance = best, covariance_at(model, best, misfits)
     unit = max([1.0, *(m.ratio for m in misfits.values() if m.p_value < SHOWN)])
@@ -103,16 +107,20 @@ def covariance_at(model: Model, x: np.ndarray, misfits: Mapping[Key, Misfit]) ->
     ridge = BLIND * np.diag(np.diag(hessian))
     inverse = np.linalg.pinv(hessian + ridge, rcond=1e-15, hermitian=True)
     residual = model.residual(x)
-    middle, low = ridge.copy(), 0
+    middle, uneven, low = ridge.copy(), np.zeros_like(ridge), 0
     for prepared in model.problem.records:
         for sensor in prepared.sensors:
             high = low + len(sensor.values)
             part = jacobian[low:high]
-            honest = misfits[prepared.name, sensor.channel.name].p_value > SHOWN
-            middle += part.T @ part if honest else _coloured(part, residual[low:high])
+            if misfits[prepared.name, sensor.channel.name].p_value > SHOWN:
+                middle += part.T @ part
+                uneven += part.T @ (part * (residual[low:high, None] ** 2 - 1.0))
+            else:
+                middle += _coloured(part, residual[low:high])
             low = high
     middle += jacobian[low:].T @ jacobian[low:]
     covariance = inverse @ middle @ inverse
+    covariance = _grown(covariance, np.diag(inverse @ uneven @ inverse))
     honest = all(misfit.p_value > SHOWN for misfit in misfits.values())
     if not honest and len(model.problem.records) > 2:
         covariance = _scattered(model, covariance, inverse, jacobian, residual)
@@ -139,8 +147,14 @@ def _scattered(
     table = np.array(scores)
     spread = inverse @ (table.T @ table) @ inverse * count / (count - 1)
     shared = np.array([entry.record is None for entry in model.entries])
-    ratio = np.diag(spread) / np.maximum(np.diag(covariance), 1e-300)
-    grow = np.sqrt(np.where(shared, np.maximum(ratio, 1.0), 1.0))
+    more = np.where(shared, np.diag(spread) - np.diag(covariance), 0.0)
+    return _grown(covariance, more)
+
+
+def _grown(covariance: np.ndarray, more: np.ndarray) -> np.ndarray:
+    """A covariance whose variances are larger by `more`, shape (d,), where that is positive."""
+    known = np.maximum(np.diag(covariance), 1e-300)
+    grow = np.sqrt(1.0 + np.maximum(more, 0.0) / known)
     return covariance * grow[:, None] * grow[None, :]
 
 

@@ -1,0 +1,60 @@
+"""Errors where the noise is louder when the motion is larger: as wide as the scatter of fits."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from supple.identification import errors
+from supple.identification.fit import Fit, fit_base
+from supple.identification.problem import make_problem
+from tests.identification.benches import DAMPING, make_bench
+
+SETS = 30
+
+
+def fits(folder: Path, noise: str, law: dict[str, float] | None) -> list[Fit]:
+    found = []
+    for seed in range(SETS):
+        bench = make_bench(folder / str(seed), held=(), noise=noise, noise_law=law, seed=seed)
+        found.append(fit_base(make_problem(bench.records, bench.rig)))
+    return found
+
+
+def spread(found: list[Fit], covariances: list[np.ndarray]) -> float:
+    """Root mean square of the damping's errors over the stated ones [-]."""
+    z = []
+    for fit, covariance in zip(found, covariances, strict=True):
+        at = fit.index("links.spring.damping")
+        gap = (fit.value(at) - DAMPING) / fit.model.scale[at]
+        z.append(gap / np.sqrt(covariance[at, at]))
+    return float(np.sqrt(np.mean(np.square(z))))
+
+
+@pytest.fixture
+def even(monkeypatch):
+    """Covariances of fits as if noise were as loud everywhere."""
+
+    def covariances(found: list[Fit]) -> list[np.ndarray]:
+        with monkeypatch.context() as patch:
+            patch.setattr(errors, "_grown", lambda covariance, more: covariance)
+            return [errors.covariance_at(one.model, one.x, one.misfits) for one in found]
+
+    return covariances
+
+
+def test_noise_that_grows_with_the_motion_widens_errors(tmp_path, even):
+    found = fits(tmp_path, "heteroscedastic", {"growth": 5.0})
+    own = [errors.covariance_at(one.model, one.x, one.misfits) for one in found]
+    narrow, wide = spread(found, even(found)), spread(found, own)
+    assert wide < 1.35 < narrow
+    assert wide > 0.75
+
+
+def test_even_noise_hardly_does(tmp_path, even):
+    found = fits(tmp_path, "white", None)[:8]
+    for fit, bare in zip(found, even(found), strict=True):
+        own = errors.covariance_at(fit.model, fit.x, fit.misfits)
+        ratio = np.sqrt(np.diag(own) / np.diag(bare))
+        assert np.all(ratio >= 1.0 - 1e-12) and np.median(ratio) < 1.1
+        assert np.all(np.linalg.eigvalsh(own) > 0)
