@@ -123,7 +123,7 @@ def power_figure(result: Mapping[str, Any]) -> Figure:
         curve = [one for one in table["power"] if one["right"]["count"]]
         _shares(left, [max(one["low"], 3.0) for one in curve], [o["right"] for o in curve], color)
         told = [one for one in table["calibration"] if one["count"]]
-        _shares(right, [(one["low"] + one["high"]) / 2 for one in told], told, color)
+        _shares(right, [(one["from"] + one["to"]) / 2 for one in told], told, color)
         left.plot([], [], "o-", color=color, label=f"bench {bench}")
     left.set(xscale="log", ylim=(0, 1), xlabel="projected change [noise units], class from")
     left.set_ylabel("named and placed rightly [share]")
@@ -166,8 +166,8 @@ def _failures(rows: Sequence[Mapping[str, Any]], bench: str) -> dict[str, Any]:
         names = [_in_words(one) for one in (asked(row), answered(row))]
         found.append((f"{bench} {row['seed']}", *names, why, size, row["noise"]))
     words = (
-        "Too weak: constants and nuisances that are free anyway take in what the effect changes, "
-        "so that no verdict on these records could name it."
+        "Too weak: beyond what constants and nuisances that are free anyway take in, the effect "
+        "changes less than 10 noise units, or less than 2 % of the records' norm."
     )
     if not found:
         return _section(f"Not answered rightly, bench {bench}", "None.")

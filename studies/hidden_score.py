@@ -212,7 +212,11 @@ def power_curve(rows: Sequence[Row]) -> list[dict[str, Any]]:
 
 
 def calibration(rows: Sequence[Row]) -> list[dict[str, Any]]:
-    """How often a named cause is one that is there, by its stated probability [-]."""
+    """How often a named cause is one that is there, by its stated probability [-].
+
+    Returns:
+        For each class of probability its ends ``from`` and ``to``, and `intervals`.
+    """
     told = []
     for row in rows:
         pairs = set(named(row))
@@ -225,7 +229,7 @@ def calibration(rows: Sequence[Row]) -> list[dict[str, Any]]:
     for index, low in enumerate(CHANCES):
         high = CHANCES[index + 1] if index + 1 < len(CHANCES) else 1.0
         inside = [there for chance, there in told if low <= chance < high or low < chance == high]
-        found.append({"low": low, "high": high, **intervals(sum(inside), len(inside))})
+        found.append({"from": low, "to": high, **intervals(sum(inside), len(inside))})
     return found
 
 

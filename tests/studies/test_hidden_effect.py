@@ -130,6 +130,8 @@ def test_tables_count_what_is_there():
     assert both["several_all_right"]["count"] == 3
     sure = calibration(rows)[-1]
     assert (sure["hits"], sure["count"]) == (1, 3)
+    assert (sure["from"], sure["to"]) == (0.9, 1.0)
+    assert (sure["low"], sure["high"]) == (intervals(1, 3)["low"], intervals(1, 3)["high"])
     assert asked(rows[0]) == "adequate" and answered(rows[4]) == "unknown"
     assert answered(row("ambiguous", [CUBIC, FRICTION])).startswith("ambiguous: ")
 
