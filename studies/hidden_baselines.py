@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,25 +33,24 @@ READINGS = {
 """Terms at each sensor by what it ought to read and the share of the record gone by."""
 
 
-def white_bic(sidecars: Sequence[Path]) -> dict[str, Any] | None:
+def white_bic(base: Fit | None) -> dict[str, Any] | None:
     """What picking by BIC says, where the noise is taken for white and nothing else is asked.
+
+    Args:
+        base: fit of the rig as it stands; None where there is none.
 
     Returns:
         ``law`` and ``place``, empty where none lowers BIC, and the fall of BIC [-]; None where it
         could not be computed.
     """
     from ..identification.extend import extend
-    from ..identification.fit import fit_base, solve
+    from ..identification.fit import solve
     from ..identification.noise import Noise
-    from ..identification.problem import make_problem
-    from ..identification.records import split_records
     from ..identification.screen import screen
-    from .engine import read_inputs
 
+    if base is None:
+        return None
     try:
-        inputs = read_inputs(sidecars, None)
-        train, _, _ = split_records(inputs.records, [])
-        base = fit_base(make_problem(train, inputs.rig))
         white = {key: Noise((), float(np.std(base.residual_of(key)))) for key in base.keys}
         base = solve(replace(base.model, noises=white), base.x, 8)
         best = {"law": "", "place": "", "delta_bic": 0.0}
@@ -67,27 +64,24 @@ def white_bic(sidecars: Sequence[Path]) -> dict[str, Any] | None:
     return best
 
 
-def sparse_regression(sidecars: Sequence[Path]) -> dict[str, Any] | None:
+def sparse_regression(base: Fit | None) -> dict[str, Any] | None:
     """What sparse regression on the residual of the rig's fit says, at each sensor by itself.
 
     As SINDy does it: sequentially thresholded least squares (Brunton, Proctor and Kutz 2016,
     doi:10.1073/pnas.1517384113) on candidate terms along the fitted motion.
 
+    Args:
+        base: fit of the rig as it stands; None where there is none.
+
     Returns:
         ``law`` and ``place`` of the largest term, empty where none is left, and its share of the
         residual's size [-]; None where it could not be computed, or pysindy is not installed.
     """
-    from ..identification.fit import fit_base
-    from ..identification.problem import make_problem
-    from ..identification.records import split_records
-    from .engine import read_inputs
-
+    if base is None:
+        return None
     try:
         from pysindy import STLSQ
 
-        inputs = read_inputs(sidecars, None)
-        train, _, _ = split_records(inputs.records, [])
-        base = fit_base(make_problem(train, inputs.rig))
         best = {"law": "", "place": "", "share": 0.0}
         for names, terms, residual in _regressions(base):
             optimizer = STLSQ(threshold=THRESHOLD, alpha=1e-6)

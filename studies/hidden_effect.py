@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .diagnosis import diagnosed
 from .engine import read_inputs, write_together
@@ -21,6 +21,9 @@ from .hidden_page import HEADINGS, lines, power_figure, write_hidden_page
 from .hidden_score import BENCHES, FAILED, outcome, sure, tables
 from .listing import markdown, printed
 from .study import Call, Study
+
+if TYPE_CHECKING:
+    from ..identification.fit import Fit
 
 QUESTION = "How often is a hidden effect found, named and placed, and how often is one invented?"
 USUAL_CASES = 8
@@ -58,6 +61,7 @@ PROTOCOL = (
     "a sleeve, nor of the shaft of finite elements, nor where a law's form is another one.",
     "What an extension could take away of a held-out error at most is what lies beyond the noise.",
     "Every eighth case hides two effects; of the others a quarter hides none.",
+    "The yardsticks begin with the diagnosis's own fit of the rig as it stands. "
     "Pick-by-BIC refits the three most promising laws with the noise taken for white. Sparse "
     "regression (pysindy's STLSQ, threshold 0.1 of the residual's size) picks the largest term of "
     "what is left, on powers of every place's stretch and rate and on what a sensor may add.",
@@ -211,14 +215,15 @@ def answer(case: Case) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         sidecars = draw_case(*case, Path(folder))
         began = time.perf_counter()
-        row = _begun(case) | _verdict(sidecars)
+        verdict, base = _verdict(sidecars)
+        row = _begun(case) | verdict
         row["seconds"] = round(time.perf_counter() - began, 1)
-        row["baseline"] = white_bic(sidecars)
-        row["sparse"] = sparse_regression(sidecars)
+        row["baseline"] = white_bic(base)
+        row["sparse"] = sparse_regression(base)
         truth = json.loads((Path(folder) / "truth.json").read_text(encoding="utf-8"))
         row |= _truth(truth)
         asked = case[1] % WITHOUT_EVERY == 1 and sure(row)
-        row["without"] = _verdict(sidecars, [row["truth"][0]["law"]]) if asked else None
+        row["without"] = _verdict(sidecars, [row["truth"][0]["law"]])[0] if asked else None
     return row
 
 
@@ -246,18 +251,21 @@ def draw_case(bench: str, seed: int, folder: Path) -> list[Path]:
     return [path for path in found if path.name != "rig.toml"]
 
 
-def _verdict(sidecars: Sequence[Path], left_out: Sequence[str] = ()) -> dict[str, Any]:
-    """What the public road says; a failure is a verdict too, with its words."""
+def _verdict(
+    sidecars: Sequence[Path], left_out: Sequence[str] = ()
+) -> tuple[dict[str, Any], Fit | None]:
+    """What the public road says, and the fit that it began with; a failure is a verdict too."""
     try:
-        result, _ = diagnosed(read_inputs(sidecars, None), 0, left_out=left_out)
+        result, found = diagnosed(read_inputs(sidecars, None), 0, left_out=left_out)
     except (ArithmeticError, AssertionError, LookupError, RuntimeError, ValueError) as fault:
-        return _failed(str(fault)[:300])
+        return _failed(str(fault)[:300]), None
     keys = ("law", "place", "probability", "parameters")
     causes = [{key: cause[key] for key in keys} for cause in result["causes"]]
     gain, missing = result["gain"], result["missing_force"]
     errors = {key: gain.get(key) for key in ("nrmse_before", "nrmse_after", "noise_floor")}
     where = missing["place"] if missing else None
-    return {"status": result["status"], "causes": causes, "where": where, **errors}
+    row = {"status": result["status"], "causes": causes, "where": where, **errors}
+    return row, found.base
 
 
 def _failed(fault: str) -> dict[str, Any]:

@@ -7,7 +7,6 @@ import pytest
 
 from supple.identification.fit import fit_base
 from supple.identification.problem import make_problem
-from supple.studies.engine import read_inputs
 from supple.studies.hidden_baselines import _regressions, sparse_regression, white_bic
 from tests.identification.benches import make_bench
 from tests.identification.conftest import CUBIC
@@ -15,27 +14,26 @@ from tests.identification.conftest import CUBIC
 
 @pytest.fixture(scope="module")
 def softening(tmp_path_factory):
-    return make_bench(tmp_path_factory.mktemp("softening"), [("cubic_stiffness", CUBIC)])
+    bench = make_bench(tmp_path_factory.mktemp("softening"), [("cubic_stiffness", CUBIC)])
+    return fit_base(make_problem(bench.records, bench.rig))
 
 
 def test_pick_by_bic_finds_an_easy_effect(softening):
-    found = white_bic(softening.paths)
+    found = white_bic(softening)
     assert found is not None
     assert (found["law"], found["place"]) == ("cubic_stiffness", "spring")
     assert found["delta_bic"] > 100
 
 
 def test_sparse_regression_picks_a_term_of_what_is_left(softening):
-    found = sparse_regression(softening.paths)
+    found = sparse_regression(softening)
     assert found is not None
     assert found["place"] in ("spring", "see_cart") and found["law"]
     assert found["share"] > 0.1
 
 
 def test_terms_and_residual_have_the_size_of_one(softening):
-    inputs = read_inputs(softening.paths, None)
-    base = fit_base(make_problem(inputs.records, inputs.rig))
-    [(names, terms, residual)] = _regressions(base)
+    [(names, terms, residual)] = _regressions(softening)
     assert terms.shape == (len(residual), len(names)) and len(names) == len(set(names))
     assert {place for place, _ in names} == {"cart", "spring", "see_cart"}
     assert np.sqrt(np.mean(terms**2, axis=0)) == pytest.approx(np.ones(len(names)))
@@ -44,9 +42,8 @@ def test_terms_and_residual_have_the_size_of_one(softening):
 
 def test_without_its_library_the_regression_says_nothing(softening, monkeypatch):
     monkeypatch.setitem(sys.modules, "pysindy", None)
-    assert sparse_regression(softening.paths) is None
+    assert sparse_regression(softening) is None
 
 
-def test_records_that_cannot_be_read_have_no_baseline(tmp_path):
-    missing = [tmp_path / "none.toml"]
-    assert white_bic(missing) is None and sparse_regression(missing) is None
+def test_without_a_fit_there_is_no_baseline():
+    assert white_bic(None) is None and sparse_regression(None) is None

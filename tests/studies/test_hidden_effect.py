@@ -157,7 +157,7 @@ def test_only_what_could_be_found_is_asked_without_its_law(monkeypatch):
 
     def verdict(sidecars, left_out=()):
         asked_for.append(tuple(left_out))
-        return {"status": "adequate", "causes": [], "where": None}
+        return {"status": "adequate", "causes": [], "where": None}, None
 
     def drawn(bench, seed, folder):
         power = {"detectable": seed != 9}
@@ -170,7 +170,7 @@ def test_only_what_could_be_found_is_asked_without_its_law(monkeypatch):
     monkeypatch.setattr(hidden_effect, "_verdict", verdict)
     monkeypatch.setattr(hidden_effect, "draw_case", drawn)
     for name in ("white_bic", "sparse_regression"):
-        monkeypatch.setattr(hidden_effect, name, lambda sidecars: None)
+        monkeypatch.setattr(hidden_effect, name, lambda base: None)
     rows = [answer(("A", seed)) for seed in (4, 5, 9, 13)]
     assert asked_for == [(), (), ("clearance",), (), ()]
     assert [one["without"] is None for one in rows] == [True, False, True, True]
