@@ -18,7 +18,7 @@ from .evidence import (
     least_explained,
     on_bounds,
 )
-from .extend import HeldOut, extend, held_out, without, worst_ratio
+from .extend import HeldOut, extend, held_out, shown_by, without, worst_ratio
 from .fit import CRAWL, DOMINATED, Fit, fit_base, polished, settle, solve
 from .form import within_form, within_next
 from .problem import Problem, make_problem
@@ -32,6 +32,7 @@ from .standing import (
     floor_visibility,
     gains_unseen,
     misfit_chance,
+    spares,
     whiteness,
 )
 from .swung import is_swung
@@ -272,8 +273,11 @@ class _Search:
         unseen, held = self._foretell(fit), self.held_now
         trial = replace(trial, held=unseen)
         lenient = shown and not self.accepted
-        if unseen is not None and held is not None and not gains_unseen(held, unseen, lenient):
-            return replace(trial, verdict=NO_GAIN)
+        if unseen is not None and held is not None:
+            shows = shown_by(unseen, *trial.candidate.cause)
+            foretells = gains_unseen(held, unseen, lenient) if shows else spares(held, unseen)
+            if not foretells:
+                return replace(trial, verdict=NO_GAIN)
         return replace(trial, verdict="accepted")
 
     def _swings(self, candidate: Candidate) -> bool:

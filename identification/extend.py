@@ -275,6 +275,31 @@ def without(fit: Fit, place: str, law: Law) -> Fit:
     return replace(fit, model=model, x=fit.x[keep], covariance=fit.covariance[np.ix_(keep, keep)])
 
 
+FELT = 0.1
+"""Change of a channel, over its noise, from which records show a law at all [-]."""
+
+
+def shown_by(held: HeldOut, place: str, law: Law) -> bool:
+    """Whether held-out records move otherwise with a law of the model that foretells them.
+
+    A drive's fault does nothing where nothing is driven, nor a channel's where that is missing:
+    such records say neither yes nor no.
+
+    Source: tests/identification/test_extend.py.
+    """
+    model = held.fit.model
+    name = f"{place}/{law.name}"
+    if all(entry.name != name for entry, _ in model.fixed):
+        return True  # its strength is each record's own
+    null = tuple((e, 0.0 if e.name == name else value) for e, value in model.fixed)
+    bare = replace(model, fixed=null).predict(held.fit.x)
+    whole = model.predict(held.fit.x)
+    return any(
+        float(np.sqrt(np.mean((whole[key] - bare[key]) ** 2))) > FELT * noise
+        for key, noise in held.noise.items()
+    )
+
+
 def _told_motions(fit: Fit) -> Fit:
     """The fit with errors of told motions estimated, of sizes that their own noise allows.
 

@@ -38,6 +38,16 @@ def gains_unseen(before: HeldOut, after: HeldOut, lenient: bool) -> bool:
     return before.nrmse**2 - after.nrmse**2 > 0.05 * reach
 
 
+SPOILED = 1.1
+"""Factor on the error of foretelling up to which constants may move for the worse beside a law that
+held-out records cannot show [-]."""
+
+
+def spares(before: HeldOut, after: HeldOut) -> bool:
+    """Whether held-out records that cannot show a law are foretold about as well with it."""
+    return after.nrmse < SPOILED * before.nrmse
+
+
 def floor_visibility(fit: Fit, candidate: Candidate) -> float:
     """What a law of natural strength moves beyond all that is fitted, in noise units [-]."""
     floor, noises = fit.problem.floor, fit.model.noises

@@ -10,6 +10,7 @@ from supple.identification.extend import (
     calmed,
     extended_model,
     held_out,
+    shown_by,
     thinned,
     without,
 )
@@ -22,6 +23,7 @@ from supple.identification.problem import (
     rough_noise,
 )
 from supple.identification.screen import screen
+from supple.model.law import library
 from supple.model.rig import read_rig
 from tests.identification.benches import make_bench
 
@@ -77,6 +79,19 @@ def test_a_right_law_foretells_to_the_noise_and_a_lacking_one_does_not(softening
     assert after.nrmse < 0.1 * before.nrmse
     for key, share in after.mean_errors.items():
         assert 0 < share < after.errors[key] / after.sizes[key]
+
+
+def test_held_out_records_show_a_law_that_moves_them_and_no_other(softening_diagnosis):
+    held = softening_diagnosis.held_after
+    law = library()["cubic_stiffness"]
+    assert held is not None and shown_by(held, "spring", law)
+    fixed = tuple(
+        (entry, 1e-9 * value if entry.name == "spring/cubic_stiffness" else value)
+        for entry, value in held.fit.model.fixed
+    )
+    faint = replace(held, fit=replace(held.fit, model=replace(held.fit.model, fixed=fixed)))
+    assert not shown_by(faint, "spring", law)
+    assert shown_by(held, "cart", law), "of what is not among its numbers nothing is known"
 
 
 def test_clean_records_are_foretold_to_the_noise(clean_fit, clean):

@@ -15,7 +15,7 @@ from supple.identification.fit import Fit, fit_base
 from supple.identification.problem import make_problem
 from supple.identification.records import Record, read_record, split_records
 from supple.identification.screen import screen
-from supple.identification.standing import gains_unseen
+from supple.identification.standing import gains_unseen, spares
 from supple.identification.told import told_trials
 from supple.identification.trial import promising
 from supple.model.rig import Rig, read_rig
@@ -115,6 +115,14 @@ def test_only_a_first_cause_may_gain_nothing_unseen():
     for lenient in (True, False):  # far from the noise a twentieth of the way must be gained
         assert gains_unseen(told(0.1), told(0.05), lenient)
         assert not gains_unseen(told(0.1), told(0.0999), lenient)
+
+
+def test_what_held_out_records_cannot_show_may_not_spoil_them():
+    def told(nrmse: float) -> Any:
+        return cast(Any, SimpleNamespace(nrmse=nrmse))
+
+    assert spares(told(0.0532), told(0.0544)) and spares(told(0.0532), told(0.03))
+    assert not spares(told(0.0532), told(0.06))
 
 
 @pytest.mark.slow
