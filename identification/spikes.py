@@ -46,8 +46,8 @@ def spikes_of(values: np.ndarray) -> np.ndarray:
     Returns:
         Shape (n,), true where there is a spike.
 
-    Source: after Hampel 1974, doi:10.1080/01621459.1974.10482962; tests/identification/
-    test_spikes.py.
+    Source: after Hampel 1974, doi:10.1080/01621459.1974.10482962;
+    tests/identification/test_spikes.py.
     """
     found = np.zeros(len(values), dtype=bool)
     if len(values) < max(AROUND):

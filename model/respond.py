@@ -226,7 +226,7 @@ def pushed_tangents(
     Returns:
         Shape (k, t, sensors) [SI per unit of `pushes`].
 
-    Source: tests/model/test_respond.py (against differences of a law's strength).
+    Source: tests/model/test_pushed_tangents.py (differences of a law's strength).
     """
     bare, strengths = _split(plant, z)
     acting = _acting(plant, strengths, widths)
