@@ -8,6 +8,7 @@ import numpy as np
 
 from .noise import Misfit
 from .problem import Key, Model
+from .uneven import Uneven
 
 BLIND = 1e-13
 """Information on a direction, relative to that on its single numbers, that counts as none [-]."""
@@ -111,10 +112,11 @@ def covariance_at(model: Model, x: np.ndarray, misfits: Mapping[Key, Misfit]) ->
     for prepared in model.problem.records:
         for sensor in prepared.sensors:
             high = low + len(sensor.values)
-            part = jacobian[low:high]
-            if misfits[prepared.name, sensor.channel.name].p_value > SHOWN:
+            part, key = jacobian[low:high], (prepared.name, sensor.channel.name)
+            if misfits[key].p_value > SHOWN:
                 middle += part.T @ part
-                uneven += part.T @ (part * (residual[low:high, None] ** 2 - 1.0))
+                if not isinstance(model.noises[key], Uneven):  # such a law knows where it is loud
+                    uneven += part.T @ (part * (residual[low:high, None] ** 2 - 1.0))
             else:
                 middle += _coloured(part, residual[low:high])
             low = high
