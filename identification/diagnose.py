@@ -51,6 +51,7 @@ from .trial import (
     outdone,
     settled,
 )
+from .weighing import with_laws
 
 MOST_CAUSES = 4
 
@@ -157,6 +158,7 @@ def diagnose(
     state = _Search(base, unseen, progress)
     while len(state.accepted) < MOST_CAUSES and state.step():
         pass
+    state.weigh()
     return state.verdict(split)
 
 
@@ -391,6 +393,21 @@ class _Search:
                 if judged.verdict == "accepted":
                     found.append(replace(judged, verdict="cannot be told from the best"))
         return found
+
+    def weigh(self) -> None:
+        """Fit what is named once more, by the noise laws that every channel bears out.
+
+        Until then noise is taken for even: what the model lacks grows with the motion too.
+        """
+        if not self.accepted:
+            return
+        fit = with_laws(self.fit)
+        if fit is not self.fit:
+            self.progress("weighing by the noise of each channel")
+            held = self._foretell(fit)
+            self.accepted[-1] = replace(self.accepted[-1], fit=fit, held=held)
+            self.fit, self.held = fit, held
+            self.stages = [*self.stages[:-1], fit]
 
     def verdict(self, split: str) -> Diagnosis:
         """Sum up."""

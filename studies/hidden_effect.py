@@ -277,7 +277,7 @@ def _truth(truth: Mapping[str, Any]) -> dict[str, Any]:
     """What is kept of the truth, and whether the library has a law of each cause's name."""
     from ..model.law import library
 
-    keys = ("law", "place", "places", "strength", "size", "other")
+    keys = ("law", "place", "places", "strength", "size", "other", "gain")
     causes = [{key: cause.get(key) for key in keys} for cause in truth["causes"]]
     return {
         "model": truth["model"],

@@ -33,6 +33,10 @@ MEANT: dict[str, tuple[str, Meant]] = {
 """Of each law the number that is compared (its strength where nothing is said), and what the
 bench's size and other number make of it. Laws that are missing here have another form there."""
 
+ADDED = ("sensor_offset", "sensor_drift", "mains_hum", "sensor_saturation")
+"""Faults that are a reading of their own: the bench multiplies them by the channel's gain, which is
+a little off, and the library's laws act on what is read."""
+
 SIGNLESS = ("drive_ripple", "mains_hum", "sensor_tilt")
 """A phase, or which way an axis leans, takes the sign [-]."""
 
@@ -63,6 +67,8 @@ def compared(row: Row) -> tuple[float, float, float, float] | None:
             if told is None:
                 return None
             value = meant(truth["size"], truth.get("other") or 0.0)
+            if truth["law"] in ADDED:
+                value *= 1.0 + (truth.get("gain") or 0.0)
             ends = told["value"], told["low"], told["high"]
             if truth["law"] in SIGNLESS:
                 value, sign = abs(value), -1.0 if told["value"] < 0 else 1.0

@@ -172,7 +172,7 @@ def _write(out: Path, club: Club, runs, motions, hidden, told, rng, facts) -> di
     write_rig(folder / "rig.toml", club_rig_tables(club))
     for run, table, std in zip(runs, changed, noise, strict=True):
         _write_run(folder, club, run, table, std, told, rng)
-    truth = {**facts, "causes": [_facts(cause) for cause in hidden]}
+    truth = {**facts, "causes": [_facts(cause, club) for cause in hidden]}
     truth["constants"] = {name: float(value) for name, value in club.truth.items()}
     truth["lumped"] = {name: float(value) for name, value in as_lumped(club).items()}
     truth["collet_held"] = collet_held(club)
@@ -192,7 +192,8 @@ def _power(club, runs, clean, changed, noise) -> dict:
     return power(club, *rows)
 
 
-def _facts(cause: Hidden) -> dict:
+def _facts(cause: Hidden, club: Club) -> dict:
+    errors = [gauge.errors for gauge in club.gauges if gauge.name == cause.place]
     return {
         "law": cause.law,
         "place": cause.place,
@@ -200,6 +201,7 @@ def _facts(cause: Hidden) -> dict:
         "strength": cause.strength,
         "size": cause.size,
         "unit": cause.unit,
+        "gain": errors[0].get("gain", 0.0) if errors else None,  # of the channel, after its fault
         **dict(cause.facts),
     }
 

@@ -37,6 +37,16 @@ def test_the_bench_means_the_library_s_number(law, place, size, other, expected)
     assert found is not None and found[0] == pytest.approx(expected)
 
 
+def test_a_channel_s_own_gain_acts_on_what_is_added_to_its_reading():
+    """The bench multiplies by it after the fault; the law is of what is read."""
+    told = (0.5, 0.49, 0.51)
+    for law, factor in (("mains_hum", 1.03), ("sensor_tilt", 1.0)):
+        case = row(law, "shaft_gauge", 0.5, told)
+        case["truth"][0]["gain"] = 0.03
+        found = compared(case)
+        assert found is not None and found[0] == pytest.approx(0.5 * factor)
+
+
 def test_a_phase_takes_the_sign():
     found = compared(row("drive_ripple", "drive", 3e-4, (-2.9e-4, -3.1e-4, -2.7e-4)))
     assert found == pytest.approx((3e-4, 2.9e-4, 2.7e-4, 3.1e-4))
