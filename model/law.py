@@ -201,6 +201,11 @@ class Law:
         return self.acts and there and self.rotation in (None, rotation)
 
     @property
+    def sticks(self) -> bool:
+        """Whether it is a spring in small motions that gives way in large ones [-]."""
+        return self.memory is not None and [one.dimension for one in self.shapes] == [(0, 1, 0)]
+
+    @property
     def acts(self) -> bool:
         """Whether it acts by a force, and is no fault of a sensor."""
         return any(way is not None for way in (self.force, self.memory, self.swing))
