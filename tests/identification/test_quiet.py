@@ -15,6 +15,9 @@ from tests.identification.benches import STIFFNESS, make_bench
 from tests.identification.conftest import CUBIC
 from tests.identification.test_told import diagnosed
 
+SLIPS = ("slip", "sleeve", 92004)
+"""Law, place and seed of a case of the independent bench."""
+
 K = "links.spring.stiffness"
 
 
@@ -102,7 +105,7 @@ def test_what_sticks_is_known_by_its_form():
 @pytest.mark.slow
 def test_a_sleeve_that_slips_is_found_out(tmp_path):
     """Its absence made the sleeve four times too stiff and the shaft half as stiff as it is."""
-    names, found = diagnosed(tmp_path, "slip", "sleeve", 91004)
+    names, found = diagnosed(tmp_path, *SLIPS)
     assert (found.status, names) == ("named", ["sleeve/slip"])
     assert found.held_before is not None and found.held_after is not None
     assert found.held_after.nrmse < found.held_before.nrmse
