@@ -61,7 +61,8 @@ def quiet_fit(fit: Fit) -> Fit | None:
     most = max((loud[one.name] for one in calm), default=np.inf)
     if fit.model.causes or most > QUIETER * max(loud.values()):
         return None
-    kept = tuple(one for one in records if one in calm)
+    names = {one.name for one in calm}
+    kept = tuple(one for one in records if one.name in names)
     found = fit_base(replace(fit.problem, records=kept, floor={}))
     return found if worst_ratio(found) < DOMINATED else None
 
