@@ -91,7 +91,7 @@ class Diagnosis:
     Attributes:
         status: adequate, named, ambiguous or unknown.
         base: fit of the rig as it stands.
-        final: fit with all accepted laws; `base` where there are none.
+        final: with all accepted laws, weighed by its noise; `base` where there are none.
         accepted: the accepted trials in order.
         rivals: trials that the records cannot tell from an accepted one.
         trials: every full refit that was made.

@@ -92,7 +92,7 @@ def quick_refits(
     if done is None and (swung or not accepted):
         told, fresh = told_trials(fit, lambda one: swung and is_swung(problem, one.cause))
     for candidate in fresh:
-        progress(f"trying {candidate.name} from what the rig says")
+        progress(f"trying {candidate.name} from told constants")
         quick.append((from_told(told, candidate, start, 15), candidate))
     return Quick(start, tuple(sorted(quick, key=lambda pair: pair[0].cost)))
 

@@ -160,7 +160,7 @@ def told_trials(
 
 
 def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> Fit:
-    """A quick refit with a law from where the rig stands, weighed at last as `start` is.
+    """A quick refit with a law from told constants, weighed at last as `start` is.
 
     First the law's own numbers alone: a constant that is let go too early takes its place.
 
