@@ -13,7 +13,7 @@ from ..model.law import Law, Scales
 from ..model.linear import Mechanism
 from ..model.mechanism import mechanism_of
 from ..model.plant import Plant, numbers_vector
-from ..model.respond import simulate, tangents
+from ..model.respond import simulate, still_tangents, tangents
 from ..model.rig import Rig
 from .allowance import Allowance, Marginal, marginal_of
 from .beside import each
@@ -288,7 +288,8 @@ class Model:
         """Derivative of `residual`, exact, shape (residuals, entries) [-]."""
 
         def code(prepared: Prepared) -> tuple[Hashable, ...]:
-            return "slopes", self._lanes(prepared), *self._code(prepared)
+            still = self._holds_numbers(prepared)
+            return "slopes", still, self._lanes(prepared), *self._code(prepared)
 
         blocks = each(lambda p: self._slopes(p, x), self.problem.records, code)
         return np.concatenate([*blocks, np.diag(self._prior_rate())[self._has_prior]])
@@ -315,9 +316,15 @@ class Model:
         rows[:, which] = own
         return rows
 
+    def _holds_numbers(self, prepared: Prepared) -> bool:
+        """Whether no law acts and nothing that varies moves the mechanism's own numbers."""
+        moved = (self.entries[i].slot for i, _ in self.links(prepared))
+        return not self.places and "numbers" not in moved
+
     def _lanes(self, prepared: Prepared) -> int:
         """Directions that a record's derivatives are computed along, filled up [-]."""
-        return max(padded_lanes(len(self.links(prepared))), self.problem.lanes)
+        own = padded_lanes(len(self.links(prepared)))
+        return own if self._holds_numbers(prepared) else max(own, self.problem.lanes)
 
     def sensitivity(self, prepared: Prepared, x: np.ndarray) -> np.ndarray:
         """Derivative of each sensor's grid by x, shape (padded, sensors, entries) [SI]."""
@@ -325,8 +332,12 @@ class Model:
         directions = np.zeros((self._lanes(prepared), plant.size))
         for lane, (i, at) in enumerate(links):
             directions[lane, at] = self.scale[i]
-        z, arguments = self.vector(prepared, x), self.arguments(prepared)
-        moved = np.asarray(tangents(plant, self.substeps(prepared), z, directions, *arguments))
+        z, (inputs, step, widths) = self.vector(prepared, x), self.arguments(prepared)
+        if self._holds_numbers(prepared):
+            moved = np.asarray(still_tangents(plant, z, directions, inputs, step))
+        else:
+            substeps = self.substeps(prepared)
+            moved = np.asarray(tangents(plant, substeps, z, directions, inputs, step, widths))
         # a simulation that ran away is a constant to `residual`: its slope is zero
         moved = np.where(np.isfinite(moved), moved, 0.0)
         found = np.zeros((*moved.shape[1:], len(self.entries)))

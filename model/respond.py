@@ -199,6 +199,49 @@ def _tangents(
     return jax.vmap(along)(*directions)
 
 
+def still_tangents(plant: Plant, z: Any, directions: Any, inputs: Array, step: Array) -> Array:
+    """As `tangents` where no law acts, along directions that hold the mechanism's numbers.
+
+    What starts, is offset, or misread moves through matrices that stay: far less to compute than
+    where they move too.
+
+    Args:
+        plant: what is simulated, without law places (static).
+        z: point [SI].
+        directions: shape (k, size of z); the mechanism's numbers are not moved, whatever these say.
+        inputs: as for `simulate`.
+        step: sampling interval [s].
+
+    Returns:
+        Shape (k, t, sensors) [SI per unit of direction].
+
+    Source: tests/model/test_respond.py (`tangents`).
+    """
+    bare, strengths = _split(plant, z)
+    acting = _acting(plant, strengths, np.zeros((0, 2)))
+    rows = acting.select, acting.unused
+    linear = _linear(plant.lawless, 1, bare, *rows, step, False)
+    by_z = np.array(_split(plant, directions)[0])
+    by_z[:, plant.bare.slots["numbers"]] = 0.0
+    return _still(plant.bare, bare, by_z, acting, inputs, step, linear)
+
+
+@partial(jax.jit, static_argnums=0)
+def _still(
+    bare: Plant,
+    z: Array,
+    directions: Array,
+    acting: ActingRows,
+    inputs: Array,
+    step: Array,
+    linear: LinearPart,
+) -> Array:
+    def outputs(z: Array) -> Array:
+        return _simulate(bare, 1, z, acting, inputs, step, linear)[0][:, :-1]
+
+    return jax.vmap(lambda by: jax.jvp(outputs, (z,), (by,))[1])(directions)
+
+
 def pushed_tangents(
     plant: Plant,
     substeps: int,

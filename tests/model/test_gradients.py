@@ -402,7 +402,9 @@ WITHOUT = {
     "steps that are halved in numpy until their error is small: one step is here": {
         *("march", "carried_start"),
     },
-    "derivatives themselves": {"tangents", "pushed_tangents", "mode_slopes", "critical_slopes"},
+    "derivatives themselves": {
+        *("tangents", "still_tangents", "pushed_tangents", "mode_slopes", "critical_slopes"),
+    },
     "whole numbers": {"cycles"},
     "inside the motions with laws that are here": {
         "acting_space",

@@ -12,7 +12,7 @@ from supple.model.chain import Chain
 from supple.model.delay import shift
 from supple.model.linear import Port
 from supple.model.plant import Plant, numbers_vector
-from supple.model.respond import simulate, state_history, tangents
+from supple.model.respond import simulate, state_history, still_tangents, tangents
 from supple.model.robot import PRESETS, Robot
 from tests.model.test_energies import club
 from tests.reference.thesis_models import equations_8_to_10
@@ -384,6 +384,26 @@ def test_tangents_of_a_ground_that_is_moved():
         wanted = (up - down)[:, :-1] / 2e-5
         worst = np.max(np.abs(found[at] - wanted)) / max(np.max(np.abs(wanted)), 1e-12)
         assert worst < 1e-6, f"entry {at} of z: {worst:.1e}"
+
+
+@pytest.mark.parametrize("held", [False, True], ids=["position", "held velocity"])
+def test_still_tangents_are_those_with_the_numbers_held(held):
+    port = Port("ground", "velocity", held=True) if held else Port("ground", "position")
+    sensors = (Port("spring", "velocity"), Port("cart", "acceleration"))
+    plant = Plant(CART, (port,), sensors)
+    parts = {"offset": [0.1, -0.2], "gain": [0.01, -0.02], "delay": [0.3 * STEP, -0.6 * STEP]}
+    z = vector(plant, CART_NUMBERS, start=[0.1, 0.0, 0.05], drive=0.05, **parts)
+    directions = np.eye(plant.size)
+    told = jnp.asarray(wave(31)), jnp.asarray(STEP)
+    found = np.asarray(still_tangents(plant, z, directions, *told))
+    directions[:, plant.slots["numbers"]] = 0.0
+    wanted = np.asarray(tangents(plant, 1, z, directions, *told, np.zeros((0, 2))))
+    numbers = plant.slots["numbers"].stop
+    assert np.all(found[:numbers] == 0.0)
+    seen = np.max(np.abs(wanted[numbers : plant.slots["delay"].stop]), axis=(1, 2)) > 0.0
+    seen[plant.slots["drive"].start - numbers] |= not held  # where a position is zero moves nothing
+    assert np.all(seen)
+    np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-12)
 
 
 # --- delays ------------------------------------------------------------------------------------
