@@ -66,7 +66,7 @@ def solve_linear(model: Model, x: np.ndarray, with_gain: bool = False) -> tuple[
     x = x.copy()
     x[linear] = 0.0
     residual = model.residual(x)
-    columns = _columns(model, x, linear, len(residual))
+    columns = model.columns(x, linear)
     gain = with_gain and _masses_free(model)
     if gain:
         forced = _forced(model, x, residual)
@@ -85,27 +85,6 @@ def solve_linear(model: Model, x: np.ndarray, with_gain: bool = False) -> tuple[
         ]
         x[constants] /= change[-1]
     return x, left
-
-
-def _columns(model: Model, x: np.ndarray, which: list[int], rows: int) -> np.ndarray:
-    """The Jacobian's columns of some unknowns, shape (rows, which) [-].
-
-    With the others held: where those are the mechanism's numbers, that is the lesser work by far.
-    """
-    rest = [i for i in range(len(x)) if i not in set(which)]
-    held = tuple((model.entries[i], float(x[i] * model.scale[i])) for i in rest)
-    own = replace(
-        model, entries=tuple(model.entries[i] for i in which), fixed=(*model.fixed, *held)
-    )
-    wide = np.zeros((rows, len(which)))
-    priors = [i for i, entry in enumerate(model.entries) if np.isfinite(entry.prior)]
-    measured = rows - len(priors)
-    wide[:measured] = own.jacobian(x[which])[:measured]
-    for row, i in enumerate(priors, measured):
-        if i in which:
-            entry = model.entries[i]
-            wide[row, which.index(i)] = entry.scale / entry.prior
-    return wide
 
 
 def _masses_free(model: Model) -> bool:

@@ -294,6 +294,18 @@ class Model:
         blocks = each(lambda p: self._slopes(p, x), self.problem.records, code)
         return np.concatenate([*blocks, np.diag(self._prior_rate())[self._has_prior]])
 
+    def columns(self, x: np.ndarray, which: list[int]) -> np.ndarray:
+        """The Jacobian's columns of some unknowns, shape (residuals, which) [-].
+
+        The others are held: where those are the mechanism's numbers, it is the lesser work by far.
+        """
+        rest = [i for i in range(len(x)) if i not in which]
+        held = tuple((self.entries[i], float(x[i] * self.scale[i])) for i in rest)
+        asked = tuple(self.entries[i] for i in which)
+        own = replace(self, entries=asked, fixed=(*self.fixed, *held))
+        measured = own.jacobian(x[which])[: -sum(own._has_prior) or None]
+        return np.concatenate([measured, np.diag(self._prior_rate())[self._has_prior][:, which]])
+
     def _slopes(self, prepared: Prepared, x: np.ndarray) -> np.ndarray:
         """One record's rows of the Jacobian, its channels stacked [-]."""
         faulty = any(law.fault is not None for _, law in self.causes)

@@ -92,6 +92,21 @@ def test_the_jacobian_is_the_slope_of_the_residual(softening_fit):
         assert gap < 1e-6 * size + 1e-7, model.entries[column].label
 
 
+@pytest.mark.parametrize("acting", [False, True], ids=["bare", "with a law"])
+def test_columns_are_those_of_the_jacobian(softening_fit, acting):
+    fit = softening_fit
+    model, x = fit.model, fit.x
+    if acting:
+        cause = "spring", library()["cubic_stiffness"]
+        entries = (*model.entries, entry_of(fit, cause))
+        model, x = replace(model, entries=entries, causes=(cause,)), np.append(x, -0.1)
+    which = [i for i, entry in enumerate(model.entries) if entry.slot in ("start", "offset")]
+    assert 0 < len(which) < len(x)
+    assert any(np.isfinite(model.entries[i].prior) for i in which), "rows of priors are there too"
+    wanted = model.jacobian(x)[:, which]
+    np.testing.assert_allclose(model.columns(x, which), wanted, rtol=1e-9, atol=1e-9)
+
+
 def test_a_constant_of_its_own_for_each_record(tmp_path):
     one = make_bench(tmp_path / "a", reaches=(1.0,), held=(), damping=0.1, prefix="a_")
     two = make_bench(tmp_path / "b", reaches=(1.0,), held=(), damping=0.3, prefix="b_")
