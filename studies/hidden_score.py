@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from .hidden_cases import OTHER_DECIBELS, USUAL_DECIBELS
 from .hidden_sizes import compared, error_of, gains_most, holds
 
 Row = Mapping[str, Any]
@@ -104,7 +105,8 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
 
     Args:
         rows: one a case: ``bench``, ``truth``, ``power``, ``status``, ``causes``, ``seconds``,
-            ``nrmse_before``, ``nrmse_after``, ``noise_floor``, ``known``, ``baseline``.
+            ``nrmse_before``, ``nrmse_after``, ``noise_floor``, ``known``, ``baseline``,
+            ``decibels`` [dB], ``without`` and ``next``.
 
     Returns:
         Tables that JSON can hold; shares in [-] with intervals, times in [s].
@@ -112,12 +114,13 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
     confusion: dict[str, Counter[str]] = {}
     for row in rows:
         confusion.setdefault(asked(row), Counter())[answered(row)] += 1
-    single = [row for row in rows if len(row["truth"]) == 1]
+    usual = [row for row in rows if row["decibels"] == USUAL_DECIBELS]
+    single = [row for row in usual if len(row["truth"]) == 1]
     known = [row for row in single if row["known"]]
     found = [row for row in known if sure(row)]
     strong = [row for row in known if row["power"].get("strong")]
     strange = [row for row in single if not row["known"] and row["power"]["detectable"]]
-    several = [row for row in rows if len(row["truth"]) > 1 and row["known"]]
+    several = [row for row in usual if len(row["truth"]) > 1 and row["known"]]
     return {
         "cases": len(rows),
         "outcomes": dict(Counter(outcome(row) for row in rows)),
@@ -129,22 +132,40 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
         "strong_place_right_too": _share(strong, _right),
         "right_where_named": _share([row for row in found if named(row)], _right),
         "law_absent_named_wrongly": _share(strange, lambda row: bool(named(row))),
-        "without": _without(rows),
+        "by_noise": _by_noise(rows),
+        "without": _without(usual),
         "strength": _strengths(found),
         "gains_most": _share([r for r in found if r["nrmse_before"] is not None], gains_most),
         "several_all_right": _share(several, _right),
         "several_none_wrong": _share(several, none_wrong),
+        "several_no_more": _share(several, lambda row: len(named(row)) <= len(row["truth"])),
+        "after_next_test": _after_next_test(rows),
         "power": power_curve(known),
-        "calibration": calibration(rows),
+        "calibration": calibration(usual),
         "held_out": _held_out(found),
         "seconds": _seconds(rows),
-        "baselines": _baselines(rows, found),
+        "baselines": _baselines(usual, found),
     }
 
 
 def sure(row: Row) -> bool:
     """Whether a case hides one effect that could be found, by a law that the library has."""
     return len(row["truth"]) == 1 and row["known"] and row["power"]["detectable"]
+
+
+def _by_noise(rows: Sequence[Row]) -> dict[str, Any]:
+    """How often the law of a single effect that could be found is right, at other noise [dB]."""
+    found = {}
+    for level in OTHER_DECIBELS.values():
+        some = [row for row in rows if row["decibels"] == level and sure(row)]
+        found[f"{level:g}"] = _share(some, _law_right)
+    return found
+
+
+def _after_next_test(rows: Sequence[Row]) -> dict[str, Any]:
+    """How often the cause is right when the test that parts two has been made."""
+    again = [{**row, **row["next"]} for row in rows if row["next"]]
+    return _share(again, lambda row: outcome(row) == "right")
 
 
 def _without(rows: Sequence[Row]) -> dict[str, Any]:

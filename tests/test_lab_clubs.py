@@ -375,6 +375,31 @@ def test_a_sealed_case_is_its_seed_and_keeps_its_truth_apart(tmp_path):
         assert entry.get("free") or entry["std"] > 0
 
 
+def test_a_test_made_again_is_as_much_further_and_leaves_the_others(tmp_path):
+    case = {"bench": "A", "seed": 4, "law": "cubic_stiffness", "train": 2, "held_out": 1}
+    first = draw_sealed(tmp_path / "a", **case, place="shaft", samples=512)
+    name = first["records"][0]["name"]
+    more = draw_sealed(tmp_path / "b", **case, place="shaft", samples=512, again=f"{name}:2")
+    assert more["causes"] == first["causes"] and more["constants"] == first["constants"]
+    assert more["records"][:3] == first["records"]
+    last = more["records"][3]
+    assert last["split"] == "train" and last["kind"] == first["records"][0]["kind"]
+    assert last["amplitude"] == pytest.approx(2 * first["records"][0]["amplitude"])
+    old, new = (
+        {p.name: p.read_bytes() for p in (tmp_path / n / "records").iterdir()} for n in "ab"
+    )
+    assert {key: new[key] for key in old} == old and len(new) > len(old)
+
+    def size(part, which):
+        table = np.loadtxt(tmp_path / part / "records" / f"{which}.csv", delimiter=",", skiprows=1)
+        return float(np.ptp(table[:, 1]))
+
+    assert 1.7 < size("b", last["name"]) / size("a", name) < 2.4
+    for words in ("train_09_decay:2", f"{name}:0", name):
+        with pytest.raises(ValueError, match="expected NAME:FACTOR"):
+            draw_sealed(tmp_path / "c", **case, samples=512, again=words)
+
+
 @pytest.mark.parametrize("model", MODELS)
 def test_sealed_files_obey_the_contract(model, tmp_path):
     draw_sealed(tmp_path, "B", 12, effects=0, model=model, train=3, held_out=1, samples=512)

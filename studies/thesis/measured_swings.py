@@ -113,7 +113,7 @@ def require_swings() -> None:
     Raises:
         ValueError: where it does not.
     """
-    from ..hidden_effect import require_bench
+    from ..hidden_cases import require_bench
 
     try:
         require_bench()
@@ -130,7 +130,7 @@ def ask_bench(words: Sequence[str]) -> None:
     Raises:
         ValueError: in the words of the bench, where it refuses.
     """
-    from ..hidden_effect import ROOT
+    from ..hidden_cases import ROOT
 
     command = [sys.executable, "-m", "tests.lab", *words]
     told = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)

@@ -26,6 +26,7 @@ def main(words: list[str] | None = None) -> int:
     draw.add_argument("--train", type=int, default=4)
     draw.add_argument("--held-out", type=int, default=2)
     draw.add_argument("--samples", type=int, default=4096)
+    draw.add_argument("--again", help="NAME:FACTOR, one record more after one of the others")
     swings = commands.add_parser("swings", help="write markers and gauges of golfers' full swings")
     swings.add_argument("--out", type=Path, required=True)
     swings.add_argument("--seed", type=int, default=0)

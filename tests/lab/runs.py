@@ -122,6 +122,34 @@ def draw_runs(club: Club, rng: np.random.Generator, train: int, held_out: int) -
     return tests
 
 
+def made_again(tests: Sequence[Run], words: str, rng: np.random.Generator) -> Run:
+    """One more test to learn from, NAME:FACTOR: like one of them, so many times as far or hard.
+
+    Raises:
+        ValueError: for words of another form, a test that there is not, or no positive factor.
+    """
+    name, _, number = words.partition(":")
+    like = next((test for test in tests if test.name == name), None)
+    try:
+        factor = float(number)
+    except ValueError:
+        factor = 0.0
+    if like is None or not 0.0 < factor < np.inf:
+        known = ", ".join(test.name for test in tests)
+        raise ValueError(f"again {words!r}: expected NAME:FACTOR, NAME one of {known}")
+    loads = Loads(factor * like.loads.force, factor * like.loads.angle, factor * like.loads.rate)
+    count = sum(test.split == "train" for test in tests) + 1
+    return replace(
+        like,
+        name=f"train_{count:02d}_{like.kind}",
+        split="train",
+        amplitude=factor * like.amplitude,
+        hold=factor * like.hold,
+        loads=loads,
+        phase=float(rng.uniform(0, 2 * np.pi)),
+    )
+
+
 def draw_run(club: Club, kind: str, share: float, rng: np.random.Generator) -> Run:
     """A test whose largest motion is `share` of the usual."""
     phase = float(rng.uniform(0, 2 * np.pi))

@@ -24,7 +24,7 @@ from .clubs import (
 from .files import toml_table, write_rig
 from .gauges import Gauge, clock
 from .power import power
-from .runs import Run, carry_out, channels, counts_from, draw_runs
+from .runs import Run, carry_out, channels, counts_from, draw_runs, made_again
 
 NOISES = ("white", "ar1", "heteroscedastic", "heavy_tailed", "outliers", "quantised")
 SHARE_CLEAN = 0.25
@@ -44,6 +44,7 @@ def draw_sealed(
     train: int = 4,
     held_out: int = 2,
     samples: int = COUNT,
+    again: str | None = None,
 ) -> dict:
     """Writes one case and returns its truth; the same arguments give the same bytes.
 
@@ -61,9 +62,11 @@ def draw_sealed(
         train: records to learn from.
         held_out: records to hold out, of another amplitude or kind.
         samples: of each record, at 2048 Hz.
+        again: one record more to learn from, NAME:FACTOR, as `runs.made_again` has it; all others
+            stay as they are.
 
     Raises:
-        ValueError: for a bench, law, place, model or noise that there is not.
+        ValueError: for a bench, law, place, model, noise or test that there is not.
     """
     _check(law, place, model, noise)
     rng = _chance(seed, "case", bench)
@@ -80,6 +83,9 @@ def draw_sealed(
     for index, pair in enumerate(pairs):
         size = strength if index == 0 else None
         hidden.append(draw_cause(club, *pair, size, motions, chance))
+    if again is not None:
+        runs.append(made_again(runs, again, _chance(seed, "again", again)))
+        motions.append(carry_out(club, runs[-1])[1])
     noise_rng = _chance(seed, "noise")
     kind = noise or str(noise_rng.choice(NOISES))
     told = {"kind": kind, "snr_db": snr_db, "law": noises.draw_law(kind, noise_rng)}

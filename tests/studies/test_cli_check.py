@@ -166,10 +166,12 @@ def test_help_is_quick_and_light() -> None:
         "import sys; from supple.studies.cli import main; code = main(['--help']); "
         f"sys.exit(code or len({heavy} & set(sys.modules)))"
     )
-    seconds = []
-    for _ in range(3):
-        began = time.perf_counter()
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=60)
-        seconds.append(time.perf_counter() - began)
-        assert done.returncode == 0, done.stderr
-    assert min(seconds) < 0.4
+    spent = {code: [], "import typer, rich.console": []}
+    for _ in range(4):  # in turn, as a machine's speed varies
+        for words, seconds in spent.items():
+            began = time.perf_counter()
+            done = subprocess.run([sys.executable, "-c", words], capture_output=True, timeout=60)
+            seconds.append(time.perf_counter() - began)
+            assert done.returncode == 0, done.stderr
+    help_, bare = (min(seconds) for seconds in spent.values())
+    assert help_ < 3.0 * bare

@@ -11,7 +11,7 @@ from supple.model.linear import Port
 from supple.model.motion import respond
 from supple.model.rig import read_rig
 from supple.model.robot import Robot
-from supple.studies import hidden_effect
+from supple.studies import hidden_cases
 from supple.studies.study import Call, study_named
 from supple.studies.thesis import full_swings
 from supple.studies.thesis.measured_swings import ask_bench, read_measured, record_files
@@ -155,7 +155,7 @@ def test_without_the_bench_the_study_says_so_and_answers(monkeypatch, tmp_path):
     def absent() -> None:
         raise ValueError("hidden_effect: expected the bench at X, found none. Mend: a checkout.")
 
-    monkeypatch.setattr(hidden_effect, "require_bench", absent)
+    monkeypatch.setattr(hidden_cases, "require_bench", absent)
     result = study_named("thesis/full_swings").run(Call(tmp_path))
     said = "The six measured swings are left out: expected the bench at X, found none."
     assert any(note.startswith(said) for note in result["notes"])

@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 from supple.studies import hidden_effect
+from supple.studies.hidden_cases import ROOT, decibels, draw_case, require_bench
 from supple.studies.hidden_effect import (
     answer,
     answers,
     as_text,
     done,
     draw,
-    draw_case,
-    require_bench,
 )
 from supple.studies.hidden_page import lines, write_hidden_page
 from supple.studies.hidden_score import (
@@ -43,7 +42,7 @@ def row(status="named", said=(), truth=(), bench="A", norm=200.0, known=True, **
     base = {"bench": bench, "seed": 1, "noise": "white", "model": "pinned_wrist"}
     base |= {"nrmse_before": 0.2, "nrmse_after": 0.03, "noise_floor": 0.02, "seconds": 4.0}
     base |= {"baseline": {"law": "", "place": "", "delta_bic": 0.0}, "known": known}
-    base |= {"without": None, "where": None}
+    base |= {"without": None, "where": None, "next": None, "decibels": 30.0}
     return base | {"status": status, "causes": causes, "truth": hidden, "power": power} | more
 
 
@@ -157,12 +156,16 @@ def test_only_what_could_be_found_is_asked_without_its_law(monkeypatch):
 
     def verdict(sidecars, left_out=()):
         asked_for.append(tuple(left_out))
-        return {"status": "adequate", "causes": [], "where": None}, None
+        return {"status": "adequate", "causes": [], "where": None}, None, None
 
     def drawn(bench, seed, folder):
         power = {"detectable": seed != 9}
         hidden = {"law": "clearance", "place": "wrist", "places": ["wrist"], "strength": 0.1}
-        truth = {"model": "pinned_wrist", "noise": {"kind": "white"}, "power": power}
+        truth = {
+            "model": "pinned_wrist",
+            "noise": {"kind": "white", "snr_db": 30.0},
+            "power": power,
+        }
         truth["causes"] = [hidden] * (seed != 13)
         (folder / "truth.json").write_text(json.dumps(truth))
         return []
@@ -174,6 +177,55 @@ def test_only_what_could_be_found_is_asked_without_its_law(monkeypatch):
     rows = [answer(("A", seed)) for seed in (4, 5, 9, 13)]
     assert asked_for == [(), (), ("clearance",), (), ()]
     assert [one["without"] is None for one in rows] == [True, False, True, True]
+
+
+def test_other_noise_is_counted_apart():
+    right, wrong = (row("named", [said], [FRICTION], seed=1) for said in (FRICTION, CUBIC))
+    rows = [right, wrong, {**right, "decibels": 40.0}, {**wrong, "decibels": 20.0}]
+    rows.append({**row("named", [CUBIC]), "decibels": 20.0})
+    found = tables(rows)
+    assert (found["law_right"]["hits"], found["law_right"]["count"]) == (1, 2)
+    shares = {name: (one["hits"], one["count"]) for name, one in found["by_noise"].items()}
+    assert shares == {"40": (1, 1), "20": (0, 1)}
+    assert found["false_alarms"]["all"]["hits"] == 1
+    assert [decibels(seed) for seed in (16, 19, 27, 7)] == [30.0, 40.0, 20.0, 30.0]
+
+
+def test_what_is_alike_is_asked_again_after_the_test_that_parts_it(monkeypatch):
+    drawn, said = [], [row("ambiguous", [CUBIC, FRICTION]), row("named", [FRICTION])]
+    hidden = {"law": FRICTION[0], "place": "wrist", "places": ["wrist"], "strength": 0.1}
+    truth = {"model": "pinned_wrist", "noise": {"kind": "white", "snr_db": 30.0}}
+    truth |= {"causes": [hidden], "power": {"detectable": True, "projected_norm": 200.0}}
+
+    def draw_one(bench, seed, folder, again=None):
+        drawn.append(again)
+        (folder / "truth.json").write_text(json.dumps(truth)) if again is None else None
+        return []
+
+    def proposed(path):
+        assert json.loads(path.read_text()) == {"answer": 1}
+        one = {"like": "train_02_impact", "test": "Strike", "expected_evidence": 50.0}
+        return {"tests": [one | {"amplitude_factor": 1.0}, one | {"amplitude_factor": 2.0}]}
+
+    monkeypatch.setattr(hidden_effect, "draw_case", draw_one)
+    monkeypatch.setattr(hidden_effect, "propose_experiment", proposed)
+    monkeypatch.setattr(
+        hidden_effect, "_verdict", lambda *_: (dict(said[len(drawn) - 1]), None, {"answer": 1})
+    )
+    for name in ("white_bic", "sparse_regression"):
+        monkeypatch.setattr(hidden_effect, name, lambda base: None)
+    found = answer(("A", 4))
+    assert drawn == [None, "train_02_impact:2"]
+    assert outcome(found) == "right pair" and found["next"]["test"] == "Strike"
+    counted = tables([found, {**found, "next": None}])["after_next_test"]
+    assert (counted["hits"], counted["count"]) == (1, 1)
+
+
+def test_two_effects_are_counted_where_a_third_is_named():
+    two = [FRICTION, CUBIC]
+    rows = [row("named", two, two), row("named", [*two, ("slip", "sleeve")], two)]
+    found = tables(rows)["several_no_more"]
+    assert (found["hits"], found["count"]) == (1, 2)
 
 
 def test_the_page_tells_every_case_that_was_not_answered_rightly(tmp_path):
@@ -276,7 +328,7 @@ def test_one_case_of_each_bench_goes_all_the_way():
         assert found["seconds"] > 0 and found["noise"]
         assert (found["power"] is None) == (found["truth"] == [])
         assert outcome(found) in tables([found])["outcomes"]
-    assert Path(hidden_effect.ROOT, "tests", "lab").is_dir()
+    assert Path(ROOT, "tests", "lab").is_dir()
 
 
 def dying(case: tuple[str, int]) -> dict[str, object]:
