@@ -193,6 +193,7 @@ def test_other_noise_is_counted_apart():
 
 def test_what_is_alike_is_asked_again_after_the_test_that_parts_it(monkeypatch):
     drawn, said = [], [row("ambiguous", [CUBIC, FRICTION]), row("named", [FRICTION])]
+    said = [{key: one[key] for key in ("status", "causes", "where")} for one in said]
     hidden = {"law": FRICTION[0], "place": "wrist", "places": ["wrist"], "strength": 0.1}
     truth = {"model": "pinned_wrist", "noise": {"kind": "white", "snr_db": 30.0}}
     truth |= {"causes": [hidden], "power": {"detectable": True, "projected_norm": 200.0}}
@@ -217,7 +218,8 @@ def test_what_is_alike_is_asked_again_after_the_test_that_parts_it(monkeypatch):
     found = answer(("A", 4))
     assert drawn == [None, "train_02_impact:2"]
     assert outcome(found) == "right pair" and found["next"]["test"] == "Strike"
-    counted = tables([found, {**found, "next": None}])["after_next_test"]
+    errors = dict.fromkeys(("nrmse_before", "nrmse_after", "noise_floor"))
+    counted = tables([found | errors, found | errors | {"next": None}])["after_next_test"]
     assert (counted["hits"], counted["count"]) == (1, 1)
 
 
