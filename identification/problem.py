@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
+from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 
 from ..model.law import Law, Scales
@@ -15,7 +15,7 @@ from ..model.mechanism import mechanism_of
 from ..model.plant import Plant, numbers_vector
 from ..model.respond import simulate, still_tangents, tangents
 from ..model.rig import Rig
-from .allowance import Allowance, Marginal, marginal_of
+from .allowance import Allowance, Marginal, summed_out
 from .beside import each
 from .faults import FaultyReading, faulty_readings, misread, misread_along, told_motion
 from .free import Entry, day_entries, drive_entries, nuisance_entries, rig_entries, slot_index
@@ -140,11 +140,25 @@ class Model:
 
     def plant(self, prepared: Prepared) -> Plant:
         """The plant that simulates one record."""
-        sensors = tuple(sensor.port for sensor in prepared.sensors)
-        acting = tuple(dict.fromkeys(law.name for _, law in self.causes if law.acts))
-        if self.places and len(prepared.inputs) < LONG:
-            acting = None
-        return Plant(self.problem.mechanism, prepared.ports, sensors, self.places, acting)
+        return self._wired(prepared)[0]
+
+    @cached_property
+    def _wirings(self) -> dict[int, tuple[Prepared, Plant, list[tuple[int, int]]]]:
+        return {}
+
+    def _wired(self, prepared: Prepared) -> tuple[Plant, list[tuple[int, int]]]:
+        """Plant and links of one record, found when first asked for: every evaluation asks."""
+        known = self._wirings.get(id(prepared))  # kept beside it, so that the number stays its own
+        if known is None:
+            sensors = tuple(sensor.port for sensor in prepared.sensors)
+            acting = tuple(dict.fromkeys(law.name for _, law in self.causes if law.acts))
+            if self.places and len(prepared.inputs) < LONG:
+                acting = None
+            plant = _plant(self.problem.mechanism, prepared.ports, sensors, self.places, acting)
+            pairs = [(i, slot_index(plant, prepared, e)) for i, e in enumerate(self.entries)]
+            known = prepared, plant, [(i, at) for i, at in pairs if at is not None]
+            self._wirings[id(prepared)] = known
+        return known[1:]
 
     def substeps(self, prepared: Prepared) -> int:
         """Steps of the integrator a sample [-]: enough for the third harmonic where laws act."""
@@ -156,9 +170,7 @@ class Model:
 
     def links(self, prepared: Prepared) -> list[tuple[int, int]]:
         """Pairs (entry, element of z) for one record."""
-        plant = self.plant(prepared)
-        pairs = [(i, slot_index(plant, prepared, e)) for i, e in enumerate(self.entries)]
-        return [(i, at) for i, at in pairs if at is not None]
+        return self._wired(prepared)[1]
 
     def vector(self, prepared: Prepared, x: np.ndarray) -> np.ndarray:
         """The plant's z [SI] for one record at scaled unknowns x."""
@@ -193,11 +205,7 @@ class Model:
 
     def arguments(self, prepared: Prepared) -> tuple:
         """Inputs, sampling interval [s] and widths of one record, as the simulation takes them."""
-        return (
-            jnp.asarray(prepared.inputs),
-            jnp.asarray(prepared.step),
-            self.widths(),
-        )
+        return prepared.inputs, np.asarray(prepared.step), self.widths()
 
     def grid(self, prepared: Prepared, x: np.ndarray, finer: int = 1) -> np.ndarray:
         """Every sensor on the simulation's grid, shape (padded, sensors + 1) [SI]."""
@@ -256,11 +264,8 @@ class Model:
             lengths = tuple(len(sensor.values) for sensor in prepared.sensors)
             if allowance is None or allowance.lengths != lengths:  # a record that was thinned
                 continue
-            columns = [
-                self.noises[prepared.name, sensor.channel.name].whiten(block)
-                for sensor, block in zip(prepared.sensors, allowance.columns, strict=True)
-            ]
-            found[prepared.name] = marginal_of(allowance, np.concatenate(columns))
+            noises = tuple(self.noises[prepared.name, s.channel.name] for s in prepared.sensors)
+            found[prepared.name] = summed_out(allowance, noises)
         return found
 
     def allowed(self, prepared: Prepared, white: np.ndarray) -> np.ndarray:
@@ -386,6 +391,12 @@ class Model:
     def _prior_pull(self, x: np.ndarray) -> np.ndarray:
         center = np.array([entry.center / entry.scale for entry in self.entries])
         return ((x - center) * self._prior_rate())[self._has_prior]
+
+
+@cache
+def _plant(*parts: Any) -> Plant:
+    """The plant of these parts, the same one for all who ask: what hangs on it is found once."""
+    return Plant(*parts)
 
 
 def sample(sensor: Sensor, grid: np.ndarray) -> np.ndarray:

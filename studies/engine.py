@@ -57,6 +57,21 @@ def release_memory() -> None:
         return  # not a GNU system: it keeps the memory for later
 
 
+MAPPED = 30_000
+"""Pieces of memory that a process may hold before what it compiled is thrown away [-]; a system
+allows 65,530, and some hundred compiled programs reach that: then compiling ends the process."""
+
+
+def forget_programs() -> None:
+    """Drop compiled programs where they have become too many, between two pieces of work."""
+    maps = Path("/proc/self/maps")
+    if maps.is_file() and maps.read_bytes().count(b"\n") > MAPPED:
+        import jax
+
+        jax.clear_caches()
+        release_memory()
+
+
 @dataclass
 class Inputs:
     """Records and rig of one command, with what is needed to say where a result comes from.

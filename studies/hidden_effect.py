@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .diagnosis import diagnosed
-from .engine import read_inputs, write_together
+from .engine import forget_programs, read_inputs, write_together
 from .experiment import propose_experiment
 from .hidden_baselines import sparse_regression, white_bic
 from .hidden_cases import USUAL_DECIBELS, draw_case, require_bench
@@ -214,6 +214,7 @@ def answer(case: Case) -> dict[str, Any]:
         row["next"] = None
         if result is not None and row["status"] == "ambiguous":
             row["next"] = _after_next_test(case, result, Path(folder))
+    forget_programs()
     return row
 
 

@@ -10,6 +10,7 @@ import hypothesis
 import pytest
 
 import supple
+from supple.studies.engine import forget_programs
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -39,20 +40,11 @@ def pytest_sessionstart() -> None:
         pytest.exit(f"supple is imported from {found}, not from {ROOT}: run `make install`", 2)
 
 
-MAPPED = 30_000
-"""Pieces of memory that a process may hold before what it compiled is thrown away; a system allows
-65 530, and thousands of compiled programs reach that."""
-
-
 @pytest.fixture(autouse=True, scope="module")
 def forget_compiled() -> Iterator[None]:
     """After each module, drop compiled programs where they have become too many."""
     yield
-    maps = Path("/proc/self/maps")
-    if maps.is_file() and maps.read_bytes().count(b"\n") > MAPPED:
-        import jax
-
-        jax.clear_caches()
+    forget_programs()
 
 
 @pytest.fixture(scope="session")
