@@ -34,3 +34,32 @@ def test_small_matrices_have_one_thread_unless_the_user_says_otherwise(before, t
     code = [sys.executable, "-c", ALONE.format(before=before)]
     run = subprocess.run(code, capture_output=True, text=True, check=True)
     assert run.stdout.strip() == told
+
+
+MARCHES = """
+import os
+os.environ["XLA_FLAGS"] = {flags!r}
+import supple
+import jax
+import jax.numpy as jnp
+march = jax.jit(lambda x, pushes: jax.lax.scan(lambda x, u: (jnp.tanh(x) + u, x), x, pushes))
+compiled = march.lower(jnp.zeros(4), jnp.zeros((4096, 4))).compile().as_text()
+print("xla_cpu_small_call" in compiled, os.environ["XLA_FLAGS"].startswith({flags!r}))
+"""
+
+
+@pytest.mark.parametrize(
+    ("flags", "told"),
+    [
+        ("", "True True"),
+        ("--xla_cpu_enable_fast_math=false", "True True"),
+        (
+            "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=1",
+            "False True",
+        ),
+    ],
+)
+def test_a_march_is_compiled_as_one_function_unless_the_user_says_otherwise(flags, told):
+    code = [sys.executable, "-c", MARCHES.format(flags=flags)]
+    run = subprocess.run(code, capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == told

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from supple.identification.allowance import Allowance, joined, marginal_of, used
+from supple.identification.allowance import Allowance, joined, marginal_of, summed_out, used
 from supple.identification.drive_error import MOST_ERRORS, drive_allowances, told_noise
 from supple.identification.faults import told_motion
 from supple.identification.fit import solve
 from supple.identification.free import Entry
 from supple.identification.lever import LEVER, lever_allowances
+from supple.identification.noise import Noise
 from supple.identification.problem import Model, base_entries, make_problem, rough_noise
 from supple.identification.records import read_record
 from supple.identification.ringing import find_ringing, ringing_allowances
@@ -37,6 +38,21 @@ def test_summing_out_is_fitting_with_a_prior(seed, count, size):
     pair = rng.normal(size=(40, 2))
     together = marginal.apply(pair)
     assert together[:, 0] == pytest.approx(marginal.apply(pair[:, 0]))
+
+
+def test_a_sum_is_found_once_for_one_allowance_under_one_noise_and_anew_for_another():
+    rng = np.random.default_rng(3)
+    blocks = rng.normal(size=(30, 2)), rng.normal(size=(20, 2))
+    allowance = Allowance(("drive",) * 2, blocks, np.array([0.5, 2.0]))
+    even, coloured = Noise((), 0.1), Noise((0.6,), 0.1)
+    first = summed_out(allowance, (even, coloured))
+    assert summed_out(allowance, (Noise((), 0.1), Noise((0.6,), 0.1))) is first
+    white = np.concatenate([even.whiten(blocks[0]), coloured.whiten(blocks[1])])
+    gap = rng.normal(size=50)
+    assert first.apply(gap) == pytest.approx(marginal_of(allowance, white).apply(gap), rel=1e-12)
+    other = summed_out(allowance, (coloured, even))
+    assert np.max(np.abs(other.apply(gap) - first.apply(gap))) > 1e-3
+    assert summed_out(replace(allowance, priors=np.ones(2)), (even, coloured)) is not first
 
 
 def test_allowances_of_one_record_are_joined_and_told_apart():

@@ -59,3 +59,24 @@ def test_a_folder_that_the_user_names_is_left_alone(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "environ", {"JAX_COMPILATION_CACHE_DIR": str(tmp_path)})
     engine.start_engine()
     assert (tmp_path / "own").exists()
+
+
+FORGETS = """
+import jax
+from supple.studies import engine
+double = jax.jit(lambda x: 2.0 * x)
+double(1.0)
+engine.forget_programs()
+kept = double._cache_size()
+engine.MAPPED = 0
+engine.forget_programs()
+print(kept, double._cache_size())
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/maps").is_file(), reason="no list of maps here")
+def test_compiled_programs_are_dropped_only_where_they_have_become_too_many():
+    run = subprocess.run(
+        [sys.executable, "-c", FORGETS], capture_output=True, text=True, check=True
+    )
+    assert run.stdout.split() == ["1", "0"]
