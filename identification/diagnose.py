@@ -20,7 +20,7 @@ from .evidence import (
 )
 from .extend import HeldOut, extend, held_out, shown_by, without, worst_ratio
 from .fit import CRAWL, DOMINATED, Fit, fit_base, polished, settle, solve
-from .form import within_form, within_next
+from .form import mends_form, within_form, within_next
 from .problem import Problem, make_problem
 from .records import Record, check_record_against_rig, split_records
 from .refits import Progress, exchanged, quick_refits, whole_refits
@@ -40,6 +40,8 @@ from .trial import (
     HALFWAY,
     IDLE,
     LEAST_EVIDENCE,
+    LEAST_GAIN,
+    MENDS_FORM,
     NO_GAIN,
     SIMPLER,
     TAKEN,
@@ -260,6 +262,8 @@ class _Search:
         share = explained(before, fit)
         if share < asked:
             return replace(trial, verdict=explains_only(share))
+        if mends_form(before, fit, trial.candidate.cause):
+            return replace(trial, verdict=MENDS_FORM)
         index = fit.index(trial.candidate.entry.label)
         told = trial.delta_bic > UNSHOWN and misfit_chance(fit) > MISFIT_SHOWN
         if abs(fit.value(index)) < 3.0 * fit.std(index) and not told:
@@ -442,8 +446,3 @@ class _Search:
             (whiteness(self.base), whiteness(self.fit)),
             tuple(self.stages),
         )
-
-
-LEAST_GAIN = 0.05
-"""Where errors of the model dominate, a law must take away this share of the cost, or
-`LEAST_STEP` of the misfit beyond noise [-]."""

@@ -232,8 +232,14 @@ def outdone(close: Contest, name: str) -> str:
 
 IDLE = "dropped: beside the other causes it is idle"
 
+MENDS_FORM = "refused: it takes away no more than a lumped club may leave of a real one"
+
 SIMPLER = "refused: its simpler case foretells held-out records better"
 
 TAKEN = "refused: a law that looks like it explains more from the same constants"
 
 NO_GAIN = "refused: held-out records are foretold no better"
+
+LEAST_GAIN = 0.05
+"""Where errors of the model dominate, a law must take away this share of the cost, or
+a tenth of the misfit beyond noise [-]."""

@@ -7,7 +7,15 @@ import pytest
 
 from supple.identification import form
 from supple.identification.fit import Fit
-from supple.identification.form import form_share, form_words, within_form, within_next
+from supple.identification.form import (
+    form_share,
+    form_words,
+    mends_form,
+    taken_share,
+    within_form,
+    within_next,
+)
+from supple.model.law import library
 from supple.model.robot import Robot
 
 
@@ -29,12 +37,6 @@ def test_the_share_left_is_told(clean_fit, share):
 def test_only_robots_have_an_allowance_and_only_a_small_one(clean_fit, monkeypatch):
     little, much = (with_misfit(clean_fit, share * form.LUMPED) for share in (0.5, 2.0))
     assert not within_form(little) and form_words(little) == ""
-    robot = Robot("fixed_collet", ())
-
-    def on_robot(fit: Fit) -> Fit:
-        problem = replace(fit.problem, mechanism=robot)
-        return replace(fit, model=replace(fit.model, problem=problem))
-
     assert within_form(on_robot(little)) and not within_form(on_robot(much))
     assert not within_form(on_robot(clean_fit))  # where none shows, none is allowed for
     assert "lumped club" in form_words(on_robot(little)) and form_words(on_robot(much)) == ""
@@ -50,3 +52,31 @@ def test_beside_a_named_cause_of_a_robot_more_is_let_pass(clean_fit):
     ]
     assert [within_next(fit) for fit in told] == [True, False]
     assert form.LUMPED < form_share(told[0])
+
+
+def on_robot(fit: Fit) -> Fit:
+    """The same fit, told to be a robot's."""
+    problem = replace(fit.problem, mechanism=Robot("fixed_collet", ()))
+    return replace(fit, model=replace(fit.model, problem=problem))
+
+
+def test_a_law_that_takes_little_where_no_misfit_shows_mends_only_form(clean_fit):
+    key, rng = clean_fit.keys[0], np.random.default_rng(4)
+    size = float(np.std(clean_fit.sensor_of(key).values))
+
+    def noisier(share: float) -> Fit:
+        """The fit with noise more of that share of the motion, which no misfit test can show."""
+        left = clean_fit.predicted[key]
+        more = share * size * rng.normal(size=len(left))
+        return replace(clean_fit, predicted={**clean_fit.predicted, key: left + more})
+
+    little, much = noisier(0.7 * form.NEXT), noisier(2.0 * form.NEXT)
+    assert taken_share(little, clean_fit) == pytest.approx(0.7 * form.NEXT, rel=0.1)
+    assert taken_share(clean_fit, much) == 0.0
+    drag, hum = ("wrist", library()["quadratic_damping"]), ("head", library()["mains_hum"])
+    assert not mends_form(little, clean_fit, drag)  # chains are what they are told to be
+    assert mends_form(on_robot(little), on_robot(clean_fit), drag)
+    assert not mends_form(on_robot(little), on_robot(clean_fit), hum)  # an instrument's, exact
+    assert not mends_form(on_robot(much), on_robot(clean_fit), drag)
+    shown = with_misfit(clean_fit, 0.9 * form.NEXT)  # a tone stands above any noise
+    assert not mends_form(on_robot(shown), on_robot(clean_fit), drag)
