@@ -45,11 +45,7 @@ def test_only_robots_have_an_allowance_and_only_a_small_one(clean_fit, monkeypat
 def test_beside_a_named_cause_of_a_robot_more_is_let_pass(clean_fit):
     below, above = (with_misfit(clean_fit, share * form.NEXT) for share in (0.7, 1.4))
     assert not within_next(below)  # chains are what they are told to be
-    robot = Robot("fixed_collet", ())
-    told = [
-        replace(fit, model=replace(fit.model, problem=replace(fit.problem, mechanism=robot)))
-        for fit in (below, above)
-    ]
+    told = [on_robot(fit) for fit in (below, above)]
     assert [within_next(fit) for fit in told] == [True, False]
     assert form.LUMPED < form_share(told[0])
 
