@@ -12,8 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..model.law import Law, Place
+from ..model.law_forces import begun
 from ..model.linear import Array
-from ..model.march import begun
 from .prepare import Prepared
 from .problem import padded_lanes
 

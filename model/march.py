@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -9,11 +10,9 @@ import jax.numpy as jnp
 
 from .acting import ActingRows, LinearPart
 from .chain import DERIVATIVES, FORCES
-from .law import Law, Memory, Place
-from .linear import Array, StateSpace, Step, moved_grounds
-from .plant import Plant, laws_of
-from .swung import SwungRows, Told
-from .swung_plant import swings_of, swung_rows, told_at, told_within
+from .law_forces import Laws, times
+from .linear import Array, Step, moved_grounds
+from .plant import Plant
 
 NEWTON_STEPS = 3
 
@@ -68,15 +67,7 @@ def interval_values(plant: Plant, drive: Array, step: Array) -> tuple[Array, Arr
     return jnp.stack(start, axis=1), jnp.stack(end, axis=1)
 
 
-def _rate_jumps(plant: Plant) -> bool:
-    """Whether a ground's rate, which laws feel, jumps from interval to interval."""
-    return any(
-        ground.kind == "position" or (ground.kind == "velocity" and plant.inputs[ground.index].held)
-        for ground in moved_grounds(plant.inputs)
-    )
-
-
-def _begin(plant: Plant, x0: Array, inputs: Array) -> Array:
+def begin(plant: Plant, x0: Array, inputs: Array) -> Array:
     """Start state with the grounds that are told by position where they begin."""
     n = len(plant.mechanism.coordinates)
     for ground in moved_grounds(plant.inputs):
@@ -114,16 +105,11 @@ def march_rows(
     if pushes is not None:
         first = jnp.concatenate([first, pushes[:-1]], axis=1)
         last = jnp.concatenate([last, pushes[1:]], axis=1)
-    x0 = _begin(plant, z[plant.slots["start"]], inputs)
-    law = _Laws(plant, space, acting, z)
+    x0 = begin(plant, z[plant.slots["start"]], inputs)
+    law = Laws(plant, space, acting, z)
     if law.rows == 0:
         return _march_linear(matrices, x0, first, last, substeps)
     return _march_laws(law, matrices, x0, first, last, substeps, (step / substeps, acting.memory))
-
-
-def _times(matrix: Array, vector: Array) -> Array:
-    """Matrix times vector as a sum that fuses with its neighbours; dot calls would not."""
-    return jnp.sum(matrix * vector[None, :], axis=1)
 
 
 def driven(told: Array, matrix: Array) -> Array:
@@ -152,7 +138,7 @@ def _march_linear(matrices: Step, x0: Array, first: Array, last: Array, substeps
     forcing = driven(first, start + 0.5 * middle) + driven(last, end + 0.5 * middle)
 
     def advance(x: Array, push: Array) -> tuple[Array, Array]:
-        new = _times(transition, x) + push
+        new = times(transition, x) + push
         return new, new
 
     _, states = jax.lax.scan(advance, x0, forcing, unroll=2)
@@ -161,129 +147,7 @@ def _march_linear(matrices: Step, x0: Array, first: Array, last: Array, substeps
     return March(states, jnp.zeros((count, 0)), jnp.zeros(count), jnp.zeros((0, 0)))
 
 
-def begun(memory: Memory, shapes: Any, now: tuple[Array, Array], since: Array) -> Array:
-    """What a law remembers at a start state, shape (numbers, rows).
-
-    Args:
-        memory: of the law.
-        shapes: its further numbers [SI].
-        now: stretch and rate at the start [SI].
-        since: time since a blow threw the mechanism out of its rest, over which the stretch is
-            taken to have grown evenly unless the law says better [s]; 0 where it was loaded slowly;
-            below 0 the time since it was let go, which few laws feel.
-    """
-    if memory.past is not None:
-        long = jnp.where(since == 0, 1.0, since)
-        past = memory.past(shapes, *now, long)
-        return jnp.where(since == 0, memory.begin(shapes, *now), past)
-    rest = jnp.zeros_like(now[0]), jnp.zeros_like(now[1])
-    spent = jnp.where(since > 0, since, 1.0)
-    struck = memory.advance(shapes, memory.begin(shapes, *rest), rest, now, spent)
-    return jnp.where(since > 0, struck, memory.begin(shapes, *now))
-
-
-class _Laws:
-    """Forces of all laws of a plant, and their slopes."""
-
-    def __init__(self, plant: Plant, space: StateSpace, acting: ActingRows, z: Array) -> None:
-        self.space, self.n_inputs, self.plant = space, space.rate_input.shape[1], plant
-        self.numbers = plant.numbers(z)
-        self.swings = swings_of(plant.mechanism)
-        if self.swings:
-            rows = swung_rows(plant.mechanism, self.numbers)
-            self.swung = SwungRows(*(acting.select @ part for part in rows))
-        self.jumps = _rate_jumps(plant)
-        self.since = z[plant.slots["since"]][0]
-        self.rows = space.stretch.shape[0]
-        wide, fast = acting.widths[:, 0], acting.widths[:, 1]
-        self.place = Place(space.stiffness, space.damping, wide, fast)
-        self.plain: list[tuple[Law, Array]] = []
-        self.told: list[tuple[Law, Array]] = []
-        self.lasting: list[tuple[Law, Memory, Array, list[Array]]] = []
-        at = 0
-        for law in laws_of(plant):
-            strength, at = acting.strengths[at], at + 1
-            given, at = acting.strengths[at : at + len(law.shapes)], at + len(law.shapes)
-            if law in self.swings:
-                self.told.append((law, strength))
-            elif law.memory is None:
-                self.plain.append((law, strength))
-            else:
-                shapes = [jnp.where(shape > 0, shape, 1.0) for shape in given]
-                shapes = [*law.memory.shapes_at(shapes, strength, self.place)]
-                self.lasting.append((law, law.memory, strength, shapes))
-
-    def force(self, stretch: Array, rate: Array) -> Array:
-        """Force of the laws without a memory on each row [N or N m]; rows are the last axis."""
-        total = jnp.zeros_like(stretch)
-        for law, strength in self.plain:
-            assert law.force is not None
-            total = total + law.force(strength, stretch, rate, self.place)
-        return total
-
-    def begin(self, stretch: Array, rate: Array) -> Array:
-        """What laws remember of how the motion began, shape (numbers, rows)."""
-        empty = jnp.zeros((0, self.rows))
-        parts = [begun(m, shapes, (stretch, rate), self.since) for _, m, _, shapes in self.lasting]
-        return jnp.concatenate([empty, *parts])
-
-    def advance(self, memory: Array, before: Any, after: Any, step: Array) -> Array:
-        """What laws remember a step [s] later."""
-        parts, at = [], 0
-        for _, law, _, shapes in self.lasting:
-            own, at = memory[at : at + law.size], at + law.size
-            parts.append(law.advance(shapes, own, before, after, step))
-        return jnp.concatenate(parts) if parts else memory
-
-    def whole_force(self, memory: Array, stretch: Array, rate: Array, told: Told | None) -> Array:
-        """Force of all laws on each row at one instant, shape (rows,) [N or N m]."""
-        total, at = self.force(stretch, rate), 0
-        for law, strength in self.told:
-            assert law.swing is not None and told is not None
-            total = total + law.swing(strength, stretch, told, self.swung)
-        for _, law, strength, shapes in self.lasting:
-            own, at = memory[at : at + law.size], at + law.size
-            total = total + law.force(strength, shapes, own, stretch, rate)
-        return total
-
-    def told_at(self, x: Array, w: Array) -> Told | None:
-        """What the drive tells at a state under inputs; None where nothing is swung."""
-        return told_at(self.plant, self.numbers, x, w) if self.swings else None
-
-    def told_within(self, x: Array, w: tuple[Array, Array], step: Array) -> Told | None:
-        """The same in the middle and at the end of a step from a state on."""
-        return told_within(self.plant, self.numbers, x, w, step) if self.swings else None
-
-    def at_nodes(self, nodes: Array, memory: Array, before: Any, step: Array) -> Array:
-        """Forces in the middle and at the end of a step, shape (2, rows) [N or N m].
-
-        Args:
-            nodes: stretches and rates in the middle and at the end, shape (2 nodes, 2, rows).
-            memory: what laws remember at the start of the step.
-            before: stretch and rate at the start, and what is told at the nodes.
-            step: length of the step [s].
-        """
-        seen, (*began, told) = (nodes[:, 0], nodes[:, 1]), before
-        spent = step * jnp.array([[0.5], [1.0]])
-        return self.whole_force(self.advance(memory[:, None], began, seen, spent), *seen, told)
-
-    def slopes(self, nodes: Array, memory: Array, before: Any, step: Array) -> tuple[Array, Array]:
-        """`at_nodes` and its derivatives by stretch and rate, shape (2, 2, rows).
-
-        Rows and nodes do not mix.
-        """
-
-        def forces(stretch: Array, rate: Array) -> Array:
-            return self.at_nodes(jnp.stack([stretch, rate], axis=1), memory, before, step)
-
-        seen = nodes[:, 0], nodes[:, 1]
-        one, zero = jnp.ones_like(seen[0]), jnp.zeros_like(seen[0])
-        force, by_stretch = jax.jvp(forces, seen, (one, zero))
-        by_rate = jax.jvp(forces, seen, (zero, one))[1]
-        return force, jnp.stack([by_stretch, by_rate], axis=1)
-
-
-def _inverse(matrix: Array) -> Array:
+def inverse(matrix: Array) -> Array:
     """Inverse of a small matrix by unrolled elimination (law matrices are near the identity)."""
     size = matrix.shape[0]
     if size > MOST_UNROLLED:
@@ -295,10 +159,10 @@ def _inverse(matrix: Array) -> Array:
 
 
 def _solved(matrix: Array, right: Array) -> Array:
-    """What a small matrix turns into `right`, shape (size,), as `_inverse`."""
+    """What a small matrix turns into `right`, shape (size,), as `inverse`."""
     if 2 < matrix.shape[0] <= MOST_UNROLLED:
         return _eliminated(matrix, right[:, None])[:, 0]
-    return _times(_inverse(matrix), right)
+    return times(inverse(matrix), right)
 
 
 def _eliminated(matrix: Array, right: Array) -> Array:
@@ -312,11 +176,20 @@ def _eliminated(matrix: Array, right: Array) -> Array:
     return rows[:, size:]
 
 
-def _march_laws(
-    law: _Laws, matrices: Step, x0: Array, first: Array, last: Array, substeps: int, acting: Any
-) -> March:
+def law_step(law: Laws, matrices: Step, step: Array) -> Callable[..., tuple[Array, ...]]:
+    """One step under laws.
+
+    Args:
+        law: what acts.
+        matrices: of one step.
+        step: its length [s].
+
+    Returns:
+        A function of the state (states, law forces, first guess of those at the nodes, memory) and
+        of what is told at the step's start and end: states and law forces in the middle and at the
+        end, the next guess, memory, and what Newton's last step still changed of the forces.
+    """
     space, n, m = law.space, law.n_inputs, law.rows
-    step, given = acting  # length of one step [s], and what laws remember at the start
     look = jnp.concatenate([space.stretch, space.rate])
     to_input = [[node[:, :n] for node in nodes] for nodes in matrices.nodes]
     to_force = [[node[:, n:] for node in nodes] for nodes in matrices.nodes]
@@ -335,10 +208,6 @@ def _march_laws(
         slope = jnp.sum(by[..., None] * see_node, axis=1)
         return force.reshape(2 * m), slope.reshape(2 * m, 2 * m)
 
-    def seen_at(x: Array, w: Array) -> tuple[Array, Array]:
-        rate = _times(space.rate, x)
-        return _times(space.stretch, x), rate + _times(space.rate_input, w) if n else rate
-
     eye = jnp.eye(2 * m)
     hold = jax.lax.stop_gradient
 
@@ -347,14 +216,14 @@ def _march_laws(
         still, past = hold(see), hold(known)
 
         def newton(_: int, f: Array) -> Array:
-            force, slope = seen_forces(fixed + _times(still, f), past)
+            force, slope = seen_forces(fixed + times(still, f), past)
             return hold(f - _solved(eye - hold(slope), f - force))
 
         # a loop, not three copies: compiling is what a user waits for
         f = jax.lax.fori_loop(0, NEWTON_STEPS - 1, newton, f)
         # the last step carries the derivatives: exact by the implicit function theorem
-        force, slope = seen_forces(base + _times(see, f), known)
-        move = _times(hold(_inverse(eye - slope)), f - force)
+        force, slope = seen_forces(base + times(see, f), known)
+        move = times(hold(inverse(eye - slope)), f - force)
         return f - move, jnp.max(jnp.abs(hold(move)))
 
     in_first = [start + 0.5 * middle for start, middle, _ in to_input]
@@ -363,22 +232,32 @@ def _march_laws(
     def one(carry: tuple[Array, ...], w: tuple[Array, Array]) -> tuple[Array, ...]:
         x, f0, guess, memory = carry
         w0, w1 = w
-        push = [_times(in_first[k], w0) + _times(in_last[k], w1) for k in (0, 1)]
-        moved = jnp.concatenate([_times(look, part) for part in push])
+        push = [times(in_first[k], w0) + times(in_last[k], w1) for k in (0, 1)]
+        moved = jnp.concatenate([times(look, part) for part in push])
         carried = jnp.concatenate(
-            [_times(space.rate_input, 0.5 * (w0 + w1)), _times(space.rate_input, w1)]
+            [times(space.rate_input, 0.5 * (w0 + w1)), times(space.rate_input, w1)]
         )
         pad = jnp.zeros(m)
         moved = moved + jnp.concatenate([pad, carried[:m], pad, carried[m:]])
-        base = _times(see_free, x) + _times(see_first, f0) + moved
-        before = seen_at(x, w0)
+        base = times(see_free, x) + times(see_first, f0) + moved
+        before = law.seen_at(x, w0)
         f, defect = solve(base, guess, (memory, (*before, law.told_within(x, w, step))))
-        end = (base + _times(see, f))[2 * m :].reshape(2, m)
+        end = (base + times(see, f))[2 * m :].reshape(2, m)
         memory = law.advance(memory, before, (end[0], end[1]), step)
-        new = _times(matrices.free[1], x) + _times(to_force[1][0], f0)
-        new = new + _times(to_force[1][1], f[:m]) + _times(to_force[1][2], f[m:]) + push[1]
+        new = times(matrices.free[1], x) + times(to_force[1][0], f0)
+        new = new + times(to_force[1][1], f[:m]) + times(to_force[1][2], f[m:]) + push[1]
         ahead = jnp.concatenate([3 * f[m:] - 3 * f[:m] + f0, 6 * f[m:] - 8 * f[:m] + 3 * f0])
-        return new, f[m:], ahead, memory, defect
+        return new, f, ahead, memory, defect
+
+    return one
+
+
+def _march_laws(
+    law: Laws, matrices: Step, x0: Array, first: Array, last: Array, substeps: int, acting: Any
+) -> March:
+    step, given = acting  # length of one step [s], and what laws remember at the start
+    m = law.rows
+    one = law_step(law, matrices, step)
 
     def advance(carry: tuple[Array, ...], w: tuple[Array, Array]) -> tuple[Any, Any]:
         w0, w1 = w
@@ -386,15 +265,15 @@ def _march_laws(
         state = carry
         if law.jumps:
             memory = carry[3]
-            fresh = law.whole_force(memory, *seen_at(carry[0], w0), law.told_at(carry[0], w0))
+            fresh = law.whole_force(memory, *law.seen_at(carry[0], w0), law.told_at(carry[0], w0))
             state = (carry[0], fresh, jnp.concatenate([fresh, fresh]), memory)
 
         def part(k: int, now: tuple[Any, Array]) -> tuple[Any, Array]:
             state, worst = now
             low = w0 + (w1 - w0) * (k / substeps)
             high = w0 + (w1 - w0) * ((k + 1) / substeps)
-            *moved, defect = one(state, (low, high))
-            return tuple(moved), jnp.maximum(worst, defect)
+            new, f, ahead, memory, defect = one(state, (low, high))
+            return (new, f[m:], ahead, memory), jnp.maximum(worst, defect)
 
         if substeps == 1:
             state, worst = part(0, (state, worst))
@@ -402,9 +281,7 @@ def _march_laws(
             state, worst = jax.lax.fori_loop(0, substeps, part, (state, worst))
         return state, (state[0], state[1], worst)
 
-    began = seen_at(x0, first[0])
-    memory = law.begin(*began) if given is None else given
-    f0 = law.whole_force(memory, *began, law.told_at(x0, first[0]))
+    f0, memory = law.begun_at(x0, first[0], given)
     carry = (x0, f0, jnp.concatenate([f0, f0]), memory)
     carry, (states, forces, worst) = jax.lax.scan(advance, carry, (first, last))
     states = jnp.concatenate([x0[None], states])

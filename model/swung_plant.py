@@ -90,6 +90,10 @@ def told_within(
     return _told(joints, p, jnp.zeros(2))
 
 
+TOLD = Told._fields[:5]
+"""What of a swing changes with its motion, and in proportion to it; the rest is the robot's [-]."""
+
+
 def _told(joints: list[tuple[str, Any, Any, Any]], p: Mapping[str, Any], none: Any) -> Told:
     return told_from(joints, p.get("arm_length", 0.0), first_moment(p), none)
 

@@ -404,18 +404,22 @@ WITHOUT = {
     },
     "derivatives themselves": {
         *("tangents", "still_tangents", "pushed_tangents", "mode_slopes", "critical_slopes"),
+        *("step_matrices", "varied_motion"),
     },
     "whole numbers": {"cycles"},
     "inside the motions with laws that are here": {
         "acting_space",
+        "begin",
         "begun",
         "driven",
         "interval_values",
+        "inverse",
+        "law_step",
         "linear_part",
         "march_rows",
         "offset_mask",
     },
-    "yes or no": {"is_zero"},
+    "yes or no": {"is_zero", "is_varied", "rate_jumps"},
 }
 
 

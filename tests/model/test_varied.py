@@ -1,0 +1,73 @@
+"""Derivatives of a march by its variational equation, beside those through all its operations."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from supple.model import respond
+from supple.model.linear import Port
+from supple.model.plant import Plant, numbers_vector
+from supple.model.robot import PRESETS, Robot
+from supple.model.varied import BLOCK, is_varied
+from tests.model.test_respond import CART
+
+STEP, COUNT = 5e-4, BLOCK + 75  # one block and some
+SENSORS = (Port("clubhead", "acceleration"), Port("collet", "angle"))
+TURN = 0.4 * np.sin(9.0 * STEP * np.arange(COUNT)) ** 2
+ACTING = {
+    "a spring": {("shaft", "cubic_stiffness"): 4e3},
+    "two at a sleeve and a wrist": {
+        ("sleeve", "clearance"): 2e-4,
+        ("wrist", "coulomb_friction"): 0.3,
+    },
+    "one that remembers": {("sleeve", "relaxation"): 0.2, ("shaft", "quadratic_damping"): 0.4},
+    "what is swung": {("arm", "base_acceleration"): 1.0, ("club", "gravity"): 2.0},
+}
+
+
+def plant_of(names: dict[tuple[str, str], float], joints: tuple[str, ...]) -> Plant:
+    places = tuple(dict.fromkeys(place for place, _ in names))
+    laws = tuple(dict.fromkeys(law for _, law in names))
+    robot = Robot("driven_arm" if "arm" in joints else "driven_wrist")
+    ports = tuple(Port(joint, "angle") for joint in joints)
+    return Plant(robot, ports, SENSORS, places, laws)
+
+
+def both(plant: Plant, z: np.ndarray, substeps: int, told: np.ndarray, monkeypatch):
+    """Derivatives along every number, by both ways."""
+    directions = np.diag(np.where(np.abs(z) > 0, np.abs(z), 0.1))
+    widths = jnp.tile(jnp.array([1e-4, 0.02]), (len(plant.law_places), 1))
+    rest = jnp.asarray(told), jnp.asarray(STEP), widths
+    found = np.asarray(respond.tangents(plant, substeps, z, directions, *rest))
+    monkeypatch.setattr(respond, "is_varied", lambda bare: False)
+    return found, np.asarray(respond.tangents(plant, substeps, z, directions, *rest))
+
+
+@pytest.mark.parametrize("acting", ACTING)
+@pytest.mark.parametrize("joints", [("wrist",), ("arm", "wrist")], ids=["wrist", "arm"])
+def test_derivatives_are_those_through_all_operations(acting, joints, monkeypatch):
+    if acting == "what is swung" and "arm" not in joints:
+        pytest.skip("a wrist alone swings nothing round")
+    plant = plant_of(ACTING[acting], joints)
+    assert is_varied(plant.bare)
+    z = numbers_vector(plant, PRESETS["robo_v_sleeve_50"])
+    for at, (place, law, part) in enumerate(plant.law_numbers, plant.slots["strengths"].start):
+        z[at] = 0.03 if part else ACTING[acting].get((place, law.name), 0.0)
+    z[plant.slots["ripple"]] = (0.002, 14.0, 0.5)
+    z[plant.slots["delay"]] = 0.3 * STEP
+    start = plant.slots["start"]
+    z[start.start : start.start + 4] = (0.01, 1e-3, -2e-3, 0.02)
+    told = np.stack([(1.0 + k) * TURN for k in range(len(joints))], axis=1)
+    found, wanted = both(plant, z, 2, told, monkeypatch)
+    size = np.max(np.abs(wanted), axis=(1, 2), keepdims=True)
+    assert np.all(np.isfinite(wanted))
+    assert np.count_nonzero(size) > 30
+    np.testing.assert_allclose(found / (size + 1e-30), wanted / (size + 1e-30), atol=2e-7)
+
+
+def test_where_a_ground_s_rate_jumps_the_way_through_all_operations_is_taken():
+    port = (Port("ground", "position"),)
+    laws = ("spring",), ("cubic_stiffness",)
+    assert not is_varied(Plant(CART, port, (), *laws).bare)
+    assert not is_varied(Plant(CART, port, ()).bare), "no law acts"
+    assert is_varied(Plant(CART, (Port("cart", "force"),), (), *laws).bare)
