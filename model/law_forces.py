@@ -25,7 +25,7 @@ def rate_jumps(plant: Plant) -> bool:
 
 
 def times(matrix: Array, vector: Array) -> Array:
-    """Matrix times vector as a sum that fuses with its neighbours; dot calls would not."""
+    """Matrix times vector [any] as a sum that fuses with its neighbours; dot calls would not."""
     return jnp.sum(matrix * vector[None, :], axis=1)
 
 
@@ -92,7 +92,7 @@ class Laws:
         self._take(self.own)
 
     def made_of(self, own: LawNumbers) -> Laws:
-        """The same laws with other numbers."""
+        """The same laws with other numbers [SI]."""
         found = copy(self)
         found._take(own)
         return found
@@ -127,7 +127,7 @@ class Laws:
         return total
 
     def begin(self, stretch: Array, rate: Array) -> Array:
-        """What laws remember of how the motion began, shape (numbers, rows)."""
+        """What laws remember of how the motion began, shape (numbers, rows) [SI]."""
         empty = jnp.zeros((0, self.rows))
         parts = [begun(m, shapes, (stretch, rate), self.since) for _, m, _, shapes in self.lasting]
         return jnp.concatenate([empty, *parts])
@@ -139,13 +139,13 @@ class Laws:
         return times(space.stretch, x), moved
 
     def begun_at(self, x: Array, w: Array, given: Array | None = None) -> tuple[Array, Array]:
-        """Forces at a start state under inputs, and what laws remember there or were given."""
+        """Forces [N or N m] at a start state, and what laws remember there or were given."""
         seen = self.seen_at(x, w)
         memory = self.begin(*seen) if given is None else given
         return self.whole_force(memory, *seen, self.told_at(x, w)), memory
 
     def advance(self, memory: Array, before: Any, after: Any, step: Array) -> Array:
-        """What laws remember a step [s] later."""
+        """What laws remember a step [s] later [SI]."""
         parts, at = [], 0
         for _, law, _, shapes in self.lasting:
             own, at = memory[at : at + law.size], at + law.size
@@ -164,11 +164,11 @@ class Laws:
         return total
 
     def told_at(self, x: Array, w: Array) -> Told | None:
-        """What the drive tells at a state under inputs; None where nothing is swung."""
+        """What the drive tells at a state under inputs [SI]; None where nothing is swung."""
         return told_at(self.plant, self.numbers, x, w) if self.swings else None
 
     def told_within(self, x: Array, w: tuple[Array, Array], step: Array) -> Told | None:
-        """The same in the middle and at the end of a step from a state on."""
+        """The same in the middle and at the end of a step from a state on [SI]."""
         return told_within(self.plant, self.numbers, x, w, step) if self.swings else None
 
     def at_nodes(
@@ -191,7 +191,7 @@ class Laws:
         return self.whole_force(later, *seen, told), later
 
     def slopes(self, nodes: Array, memory: Array, before: Any, step: Array) -> tuple[Array, Array]:
-        """Forces as `at_nodes`, and their derivatives by stretch and rate, shape (2, 2, rows).
+        """Forces as `at_nodes`, and their derivatives by stretch and rate, shape (2, 2, rows) [SI].
 
         Rows and nodes do not mix; `nodes`: shape (2 nodes, 2, rows).
         """

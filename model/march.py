@@ -68,7 +68,7 @@ def interval_values(plant: Plant, drive: Array, step: Array) -> tuple[Array, Arr
 
 
 def begin(plant: Plant, x0: Array, inputs: Array) -> Array:
-    """Start state with the grounds that are told by position where they begin."""
+    """Start state [SI] with the grounds that are told by position where they begin."""
     n = len(plant.mechanism.coordinates)
     for ground in moved_grounds(plant.inputs):
         if ground.kind == "position":
@@ -148,7 +148,7 @@ def _march_linear(matrices: Step, x0: Array, first: Array, last: Array, substeps
 
 
 def inverse(matrix: Array) -> Array:
-    """Inverse of a small matrix by unrolled elimination (law matrices are near the identity)."""
+    """Inverse of a small matrix [any] by unrolled elimination (law matrices are near 1)."""
     size = matrix.shape[0]
     if size > MOST_UNROLLED:
         return jnp.linalg.inv(matrix)

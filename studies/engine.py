@@ -57,9 +57,10 @@ def release_memory() -> None:
         return  # not a GNU system: it keeps the memory for later
 
 
-MAPPED = 30_000
+MAPPED = 20_000
 """Pieces of memory that a process may hold before what it compiled is thrown away [-]; a system
-allows 65,530, and some hundred compiled programs reach that: then compiling ends the process."""
+allows 65,530, and some hundred compiled programs reach that: then compiling fails or ends the
+process. One diagnosis of a driven robot was seen to take 31,000."""
 
 
 def forget_programs() -> None:
