@@ -63,3 +63,28 @@ def test_a_march_is_compiled_as_one_function_unless_the_user_says_otherwise(flag
     code = [sys.executable, "-c", MARCHES.format(flags=flags)]
     run = subprocess.run(code, capture_output=True, text=True, check=True)
     assert run.stdout.strip() == told
+
+
+EMITTERS = """
+import os
+from importlib import metadata
+os.environ["XLA_FLAGS"] = {flags!r}
+known = metadata.version
+metadata.version = lambda name: {release!r} or known(name)
+import supple
+print(*[one for one in os.environ["XLA_FLAGS"].split() if "emitters" in one])
+"""
+
+
+@pytest.mark.parametrize(
+    ("flags", "release", "told"),
+    [
+        ("", "0.10.9", "--xla_cpu_use_fusion_emitters=false"),
+        ("", "0.11.0", ""),  # whether it knows the flag is not known
+        ("--xla_cpu_use_fusion_emitters=true", "", "--xla_cpu_use_fusion_emitters=true"),
+    ],
+)
+def test_kernels_are_emitted_the_older_way_where_that_was_tried(flags, release, told):
+    code = [sys.executable, "-c", EMITTERS.format(flags=flags, release=release)]
+    run = subprocess.run(code, capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == told
