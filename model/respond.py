@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -19,6 +20,11 @@ from .ripple import rippled
 from .sensed import read_out
 from .told import accelerated
 from .varied import Point, is_varied, step_matrices, varied_motion
+
+OLDER = "xla_cpu_use_fusion_emitters=false"
+FUSED = {"xla_cpu_use_fusion_emitters": True} if OLDER in os.environ.get("XLA_FLAGS", "") else None
+"""How what reads many directions at once is compiled where the package asks for the older emitters:
+this alone runs three times as fast by the newer ones."""
 
 
 @partial(jax.jit, static_argnums=(0, 1))
@@ -217,7 +223,7 @@ def _told_along(bare: Plant, z: Array, by_z: Array, inputs: Array, step: Array) 
     return told(z), jax.vmap(lambda by: jax.jvp(told, (z,), (by,))[1])(by_z)
 
 
-@partial(jax.jit, static_argnums=0)
+@partial(jax.jit, static_argnums=0, compiler_options=FUSED)
 def _read_along(
     plant: Plant, acting: ActingRows, step: Array, at: Point, motion: Any, *along: Any
 ) -> Array:
