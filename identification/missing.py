@@ -17,7 +17,7 @@ from .problem import sample
 from .swung import has_springs
 
 if TYPE_CHECKING:
-    from .diagnose import Diagnosis
+    from .finding import Diagnosis
 
 KNOTS_A_PERIOD = 16
 """Knots of the force in one period of the record [-]: up to the seventh harmonic."""

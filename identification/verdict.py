@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from .diagnose import SMALL_EXCESS, Diagnosis
 from .evidence import effective_samples, excess, explained
 from .extend import HeldOut
+from .finding import SMALL_EXCESS, Diagnosis
 from .fit import Fit
 from .form import form_words, stated_std, within_form
 from .free import Entry

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from .engine import Inputs, Progress, read_inputs, write_together
 
 if TYPE_CHECKING:
-    from ..identification.diagnose import Diagnosis
+    from ..identification.finding import Diagnosis
     from ..identification.views import RecordView
     from ..model.rig import Rig
 

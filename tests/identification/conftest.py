@@ -2,7 +2,8 @@
 
 import pytest
 
-from supple.identification.diagnose import Diagnosis, diagnose
+from supple.identification.diagnose import diagnose
+from supple.identification.finding import Diagnosis
 from supple.identification.fit import Fit, fit_base
 from supple.identification.problem import Problem, make_problem
 from tests.identification.benches import Bench, make_bench

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
-from supple.identification.diagnose import Diagnosis, diagnose
+from supple.identification.diagnose import diagnose
+from supple.identification.finding import Diagnosis
 from supple.identification.records import Record
 from tests.identification.benches import RATE, Bench, make_bench
 

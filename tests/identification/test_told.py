@@ -9,8 +9,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from supple.identification.diagnose import Diagnosis, diagnose
+from supple.identification.diagnose import diagnose
 from supple.identification.evidence import explained, least_explained
+from supple.identification.finding import Diagnosis
 from supple.identification.fit import Fit, fit_base
 from supple.identification.problem import make_problem
 from supple.identification.records import Record, read_record, split_records

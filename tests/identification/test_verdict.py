@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from supple.identification.constants import fit_json
-from supple.identification.diagnose import Diagnosis
+from supple.identification.finding import Diagnosis
 from supple.identification.verdict import (
     _interval,
     amount,

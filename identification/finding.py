@@ -1,0 +1,49 @@
+"""What a diagnosis finds, and where what it cannot name sits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from .extend import HeldOut
+from .fit import Fit
+from .screen import Candidate
+from .trial import Trial
+
+SMALL_EXCESS = 0.3
+"""Misfit beyond noise that is let pass when no law explains it, in units of the noise [-]."""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What a model gets wrong, as far as the records tell.
+
+    Attributes:
+        status: adequate, named, ambiguous or unknown.
+        base: fit of the rig as it stands.
+        final: with all accepted laws, weighed by its noise; `base` where there are none.
+        accepted: the accepted trials in order.
+        rivals: trials that the records cannot tell from an accepted one.
+        trials: every full refit that was made.
+        candidates: the first screen, largest gain first.
+        cannot_tell: names of causes that these records could not show.
+        confusable: (first, second, alikeness [-]) of pairs that look alike.
+        held_before: foretelling of held-out records by `base`.
+        held_after: the same by `final`.
+        split: how held-out records were chosen, in words.
+        whiteness: p-values of the whitened residuals before and after [-].
+    """
+
+    status: str
+    base: Fit
+    final: Fit
+    accepted: tuple[Trial, ...]
+    rivals: tuple[Trial, ...]
+    trials: tuple[Trial, ...]
+    candidates: tuple[Candidate, ...]
+    cannot_tell: tuple[str, ...]
+    confusable: tuple[tuple[str, str, float], ...]
+    held_before: HeldOut | None
+    held_after: HeldOut | None
+    split: str
+    whiteness: tuple[float, float] = (1.0, 1.0)
+    stages: tuple[Fit, ...] = field(default=())
