@@ -19,7 +19,7 @@ from .evidence import (
     on_bounds,
 )
 from .extend import HeldOut, extend, held_out, shown_by, without, worst_ratio
-from .finding import SMALL_EXCESS, Diagnosis
+from .finding import Diagnosis
 from .fit import CRAWL, DOMINATED, Fit, fit_base, polished, settle, solve
 from .form import mends_form, within_form, within_next
 from .problem import Problem, make_problem
@@ -55,6 +55,7 @@ from .trial import (
     settled,
 )
 from .weighing import with_laws
+from .whereabouts import SMALL_EXCESS, whereabouts
 
 MOST_CAUSES = 4
 
@@ -390,6 +391,8 @@ class _Search:
             status = "unknown"
         else:
             status = "ambiguous" if self.rivals else "named"
+        lost = status == "unknown" and left > SMALL_EXCESS
+        where = whereabouts(self.base, self.progress) if lost else None
         blind = tuple(c.name for c in self.first if floor_visibility(self.base, c) < VISIBLE)
         blind += hidden_masses(self.base.problem)
         return Diagnosis(
@@ -407,4 +410,5 @@ class _Search:
             split,
             (whiteness(self.base), whiteness(self.fit)),
             tuple(self.stages),
+            where,
         )

@@ -8,9 +8,7 @@ from .extend import HeldOut
 from .fit import Fit
 from .screen import Candidate
 from .trial import Trial
-
-SMALL_EXCESS = 0.3
-"""Misfit beyond noise that is let pass when no law explains it, in units of the noise [-]."""
+from .whereabouts import Whereabouts
 
 
 @dataclass(frozen=True)
@@ -31,6 +29,8 @@ class Diagnosis:
         held_after: the same by `final`.
         split: how held-out records were chosen, in words.
         whiteness: p-values of the whitened residuals before and after [-].
+        stages: the base, and the fit with each accepted law in turn.
+        where: of a verdict that knows no cause, where what is missing sits.
     """
 
     status: str
@@ -47,3 +47,4 @@ class Diagnosis:
     split: str
     whiteness: tuple[float, float] = (1.0, 1.0)
     stages: tuple[Fit, ...] = field(default=())
+    where: Whereabouts | None = None

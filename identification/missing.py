@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -14,10 +14,6 @@ from .fit import Fit
 from .motions import motions
 from .prepare import Prepared, bucket
 from .problem import sample
-from .swung import has_springs
-
-if TYPE_CHECKING:
-    from .finding import Diagnosis
 
 KNOTS_A_PERIOD = 16
 """Knots of the force in one period of the record [-]: up to the seventh harmonic."""
@@ -66,6 +62,8 @@ class MissingForce:
         record: name of the record.
         curves: against displacement, velocity and time, largest share first.
         explained: share of the record's misfit that this force takes away [-].
+        score: ``n ln(misfit left) + d ln(n)`` of n samples and d free numbers [-]; the least is the
+            likeliest place.
         until: how much of the record was used [s].
     """
 
@@ -73,6 +71,7 @@ class MissingForce:
     record: str
     curves: tuple[Curve, ...]
     explained: float
+    score: float
     until: float
 
 
@@ -112,7 +111,9 @@ def missing_force(fit: Fit, place: str) -> MissingForce | None:
     hats = _hats(used, knots, apart)
     whole, gap, slopes = _system(fit, prepared, place, rows, hats, used)
     basis = np.linalg.qr(slopes)[0]
-    values, explained = _shrunk(whole - basis @ (basis.T @ whole), gap - basis @ (basis.T @ gap))
+    values, explained, score = _shrunk(
+        whole - basis @ (basis.T @ whole), gap - basis @ (basis.T @ gap)
+    )
     step = np.linalg.lstsq(slopes, whole @ values - gap, rcond=1e-10)[0]
     seen = motions(alone, fit.x + step, (place,))[place]
     forces = values.reshape(rows, knots) @ hats
@@ -126,12 +127,13 @@ def missing_force(fit: Fit, place: str) -> MissingForce | None:
         for part in (0, 1)
     )
     curves = [
-        _curve("displacement", stretch, flat),
-        _curve("velocity", rate, flat),
+        curve_of("displacement", stretch, flat),
+        curve_of("velocity", rate, flat),
         Curve("time", at, forces.mean(axis=0), np.zeros(used), 1.0),
     ]
     ordered = sorted(curves[:2], key=lambda curve: -curve.share)
-    return MissingForce(place, worst, (*ordered, curves[2]), explained, used * prepared.step)
+    until = used * prepared.step
+    return MissingForce(place, worst, (*ordered, curves[2]), explained, score, until)
 
 
 def _hats(used: int, knots: int, apart: float) -> np.ndarray:
@@ -191,24 +193,36 @@ def _system(
     return whole, gap, slopes[counted]
 
 
-def _shrunk(whole: np.ndarray, gap: np.ndarray) -> tuple[np.ndarray, float]:
-    """Ridge estimate whose strength generalized cross-validation chooses, and what it explains."""
+def _shrunk(whole: np.ndarray, gap: np.ndarray) -> tuple[np.ndarray, float, float]:
+    """Ridge estimate whose strength generalized cross-validation chooses; what it explains; score.
+
+    The score is Schwarz's, with the numbers that shrinking has left free.
+    """
     left, sizes, right = np.linalg.svd(whole, full_matrices=False)
     seen, total = left.T @ gap, float(gap @ gap)
     middle = float(np.median(sizes[sizes > 1e-12 * sizes[0]]))
-    best, found, explained = np.inf, np.zeros(len(sizes)), 0.0
+    best, found, explained, schwarz = np.inf, np.zeros(len(sizes)), 0.0, np.inf
+    count = len(gap)
     for strength in SHRINKS * middle:
         passed = sizes**2 / (sizes**2 + strength**2)
         rest = total - float(np.sum((1.0 - (1.0 - passed) ** 2) * seen**2))
-        score = rest / (len(gap) - float(np.sum(passed))) ** 2
+        free = float(np.sum(passed))
+        score = rest / (count - free) ** 2
         if score < best:
             best, found = score, passed * seen / np.maximum(sizes, 1e-300)
             explained = 1.0 - rest / max(total, 1e-300)
-    return right.T @ found, float(np.clip(explained, 0.0, 1.0))
+            schwarz = count * np.log(max(rest, 1e-300)) + free * np.log(count)
+    return right.T @ found, float(np.clip(explained, 0.0, 1.0)), float(schwarz)
 
 
-def _curve(against: str, x: np.ndarray, force: np.ndarray) -> Curve:
-    """Means over classes with equal numbers of samples, and how much they say of the force."""
+def curve_of(against: str, x: np.ndarray, force: np.ndarray) -> Curve:
+    """Means over classes with equal numbers of samples, and how much they say of the force.
+
+    Args:
+        against: what `x` is, in words.
+        x: shape (n,) [SI].
+        force: at the same samples, shape (n,) [SI].
+    """
     order = np.argsort(x)
     parts = np.array_split(order, CLASSES)
     means = np.array([force[part].mean() for part in parts])
@@ -219,30 +233,16 @@ def _curve(against: str, x: np.ndarray, force: np.ndarray) -> Curve:
     return Curve(against, np.array([x[part].mean() for part in parts]), means, stds, share)
 
 
-def missing_json(diagnosis: Diagnosis) -> dict[str, Any] | None:
-    """The missing force of a verdict that knows no cause, as JSON can hold it [SI]; else None."""
-    problem = diagnosis.base.problem
-    places = [c.place for c in diagnosis.candidates if c.law.acts and has_springs(problem, c.place)]
-    if diagnosis.status != "unknown" or not places:
-        return None
-    found = missing_force(diagnosis.base, places[0])
-    if found is None:
-        return None
-    turns = diagnosis.base.problem.mechanism.turns(found.place)
+def missing_json(found: MissingForce, turns: bool) -> dict[str, Any]:
+    """A missing force as JSON can hold it [SI].
+
+    Args:
+        found: the force.
+        turns: whether its place turns, so that it is a torque.
+    """
     length, force = ("rad", "N m") if turns else ("m", "N")
     units = {"displacement": length, "velocity": f"{length}/s", "time": "s"}
-    curves = [
-        {
-            "against": curve.against,
-            "x": curve.x.tolist(),
-            "force": curve.force.tolist(),
-            "std": curve.std.tolist(),
-            "unit_x": units[curve.against],
-            "unit_force": force,
-            "share": curve.share,
-        }
-        for curve in found.curves
-    ]
+    curves = [curve_json(curve, units[curve.against], force) for curve in found.curves]
     first = curves[0]
     names = ("against", "x", "force", "unit_x", "unit_force")
     return {
@@ -252,4 +252,17 @@ def missing_json(diagnosis: Diagnosis) -> dict[str, Any] | None:
         "explained": found.explained,
         "until": found.until,
         "curves": curves,
+    }
+
+
+def curve_json(curve: Curve, unit_x: str, unit_force: str) -> dict[str, Any]:
+    """A curve as JSON can hold it, in the units that are told."""
+    return {
+        "against": curve.against,
+        "x": curve.x.tolist(),
+        "force": curve.force.tolist(),
+        "std": curve.std.tolist(),
+        "unit_x": unit_x,
+        "unit_force": unit_force,
+        "share": curve.share,
     }

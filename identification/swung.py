@@ -7,6 +7,7 @@ import numpy as np
 from ..model.chain import DERIVATIVES
 from ..model.law import Law, Scales
 from ..model.robot import Robot
+from ..model.swung import KINDS
 from ..model.swung_plant import swings_of
 from .prepare import Prepared
 from .problem import Cause, Problem
@@ -48,7 +49,7 @@ def _turn(prepared: Prepared, joints: tuple[str, ...]) -> float:
     return max(ranges, default=0.0)
 
 
-def has_springs(problem: Problem, place: str) -> bool:
-    """Whether a place holds a spring or mass whose own force can be missing."""
+def is_swung_place(problem: Problem, place: str) -> bool:
+    """Whether a place stands for what a told motion swings, not for a spring or body of its own."""
     swings = isinstance(problem.mechanism, Robot)
-    return not swings or problem.mechanism.law_places().get(place) == "link"
+    return swings and problem.mechanism.law_places().get(place) in KINDS.values()

@@ -354,5 +354,31 @@ def force_figure(missing: Mapping[str, Any]) -> Figure:
     return figure
 
 
+def error_figure(error: Mapping[str, Any]) -> Figure:
+    """What a channel reads beyond what it should.
+
+    Args:
+        error: ``place``, ``against`` (reading, rate or time), ``x``, ``error``, its standard
+            deviation ``std``, ``unit_x`` and ``unit_error``.
+
+    Returns:
+        One panel, the error against what it should read, its rate, or time.
+    """
+    words = {"reading": "what it should read", "rate": "rate of that", "time": "time"}
+    with mpl.rc_context(_STYLE):
+        figure = _new(7.4, 3.2)
+        axes = figure.subplots()
+        order = np.argsort(error["x"])
+        x, y, std = (np.asarray(error[key])[order] for key in ("x", "error", "std"))
+        axes.axhline(0.0, color="#6b737c", linewidth=1.0)
+        if np.any(std > 0):
+            axes.fill_between(x, y - std, y + std, color="#a0487c", alpha=0.2, linewidth=0)
+        axes.plot(*envelope(x, y), color="#a0487c", linewidth=1.6)
+        axes.set_xlabel(f"{words[error['against']]} [{unit_words(error['unit_x'])}]")
+        axes.set_ylabel(f"error [{unit_words(error['unit_error'])}]")
+        axes.set_title(f"{error['place']}")
+    return figure
+
+
 def _number(value: Any) -> float:
     return float(value) if isinstance(value, int | float) else float("nan")

@@ -247,9 +247,9 @@ def _verdict(
         return _failed(str(fault)[:300]), None, None
     keys = ("law", "place", "probability", "parameters")
     causes = [{key: cause[key] for key in keys} for cause in result["causes"]]
-    gain, missing = result["gain"], result["missing_force"]
+    gain, place = result["gain"], result["where"]
     errors = {key: gain.get(key) for key in ("nrmse_before", "nrmse_after", "noise_floor")}
-    where = missing["place"] if missing else None
+    where = place["place"] if place else None
     row = {"status": result["status"], "causes": causes, "where": where, **errors}
     return row, found.base, result
 

@@ -44,7 +44,8 @@ def write_report(diagnosis: Mapping[str, Any], views: Sequence["RecordView"], pa
 
     Args:
         diagnosis: what ``diagnosis.json`` holds. Also understood: ``title``, ``what_next``,
-            ``why``, ``records``, ``history``, ``missing_force``, ``nuisances``, and ``rig``
+            ``why``, ``records``, ``history``, ``where``, ``missing_force``, ``misreading``,
+            ``nuisances``, and ``rig``
             (``kind``, ``motion``, ``masses``, ``links``, ``channels``), from which the sketch
             is drawn.
         views: channels of the records, measured and simulated; may be empty.
@@ -56,9 +57,9 @@ def write_report(diagnosis: Mapping[str, Any], views: Sequence["RecordView"], pa
     status = str(diagnosis.get("status", "refused"))
     causes = [_cause(cause) for cause in diagnosis.get("causes") or []]
     places = [str(cause["place"]) for cause in diagnosis.get("causes") or []]
-    missing = diagnosis.get("missing_force") or {}
-    if missing and not places:
-        places = [str(missing["place"])]
+    where = diagnosis.get("where") or diagnosis.get("missing_force") or {}
+    if where and not places:
+        places = [str(where["place"])]
     context = {
         "title": diagnosis.get("title") or "What the simulation gets wrong",
         "status": status,
@@ -249,8 +250,15 @@ def _no_gain(status: str, diagnosis: Mapping[str, Any]) -> str:
     return "No record was held out."
 
 
+_AGAINST = {"reading": "what it should read", "rate": "how fast that changes", "time": "time"}
+
+
 def _shape(diagnosis: Mapping[str, Any]) -> str:
-    missing = diagnosis.get("missing_force")
+    missing, error = diagnosis.get("missing_force"), diagnosis.get("misreading")
+    if error:
+        return (
+            f"The error of {error['place']} is drawn below, against {_AGAINST[error['against']]}."
+        )
     if not missing:
         return ""
     return f"The missing force is drawn below, against {missing['against']}."

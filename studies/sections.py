@@ -46,6 +46,7 @@ def diagnosis_sections(
     causes = diagnosis.get("causes") or []
     made = [
         _missing_force(diagnosis.get("missing_force")),
+        _misreading(diagnosis.get("misreading")),
         _records("Measured against simulated", train),
         _structure(train or held_out),
         _backbones([*train, *held_out]),
@@ -341,6 +342,18 @@ def _missing_force(missing: Mapping[str, Any] | None) -> dict[str, Any] | None:
     figure = figures.force_figure(missing)
     drawn = [_drawn(figure, "Shape of the missing force", caption, narrow=True)]
     return _section("The missing force", drawn=drawn)
+
+
+def _misreading(error: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    if not error or not len(error.get("x") or ()):
+        return None
+    channel = error["place"]
+    caption = f"What {channel} reads in {error['record']} beyond what all others say it should."
+    drawn = []
+    for curve in error["curves"]:
+        figure = figures.error_figure({**curve, "place": channel})
+        drawn.append(_drawn(figure, f"Error of {channel} against {curve['against']}", caption))
+    return _section("What the channel adds", drawn=drawn)
 
 
 def _noise(noise: Mapping[str, Any]) -> dict[str, Any] | None:

@@ -87,6 +87,7 @@ def make_bench(
     seed: int = 1,
     prefix: str = "",
     finer: int = 1,
+    sensors: Sequence[Sensor] = (),
 ) -> Bench:
     """Write and read records of the cart.
 
@@ -105,9 +106,11 @@ def make_bench(
         seed: of the noise and of the forces.
         prefix: of the records' names.
         finer: samples in place of one.
+        sensors: beside that of the cart's position.
     """
     folder.mkdir(parents=True, exist_ok=True)
     made = replace(plant(motion, free, damping), rate=RATE * finer, count=COUNT * finer)
+    made = replace(made, sensors=(*made.sensors, *sensors))
     trials = []
     for index, share in enumerate((*reaches, *held)):
         if driven:

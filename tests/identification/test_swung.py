@@ -11,7 +11,7 @@ from supple.identification.fit import fit_base
 from supple.identification.problem import make_problem
 from supple.identification.records import read_record
 from supple.identification.screen import screen
-from supple.identification.swung import SMALL, has_springs, is_swung, swings
+from supple.identification.swung import SMALL, is_swung, is_swung_place, swings
 from supple.model.law import library
 from supple.model.rig import read_rig
 from supple.studies.thesis.measured_swings import ask_bench, read_measured, record_files
@@ -66,8 +66,9 @@ def test_only_large_told_angles_are_worth_a_trial(problem):
 
 
 def test_what_is_swung_has_no_spring_of_its_own(problem):
-    assert [has_springs(problem, at) for at in ("shaft", "sleeve", "wrist")] == [True] * 3
-    assert [has_springs(problem, at) for at in ("arm", "club", "collet", "clubhead")] == [False] * 4
+    own = ("shaft", "sleeve", "wrist", "collet", "clubhead")
+    assert [is_swung_place(problem, at) for at in own] == [False] * 5
+    assert [is_swung_place(problem, at) for at in ("arm", "club", "swung_clubhead")] == [True] * 3
     assert is_swung(problem, ("club", library()["gravity"]))
     assert not is_swung(problem, ("wrist", library()["coulomb_friction"]))
 

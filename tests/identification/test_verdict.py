@@ -18,6 +18,7 @@ from supple.identification.verdict import (
     sentence_of,
     why_of,
 )
+from supple.identification.whereabouts import whereabouts
 
 PROVENANCE = {"version": "0", "inputs": {"a.csv": "00"}, "seed": 0, "seconds": 1.0}
 NUMBER = (int, float)
@@ -120,6 +121,7 @@ def test_sentences_name_the_place_and_the_strength(softening_diagnosis, clean_di
     assert said.endswith(".") and "{" not in said
     assert "within their noise" in sentence_of(clean_diagnosis)
     lost = replace(softening_diagnosis, status="unknown")
+    lost = replace(lost, where=whereabouts(lost.base))
     assert "no law of the library explains" in sentence_of(lost)
     torn = replace(softening_diagnosis, status="ambiguous", rivals=softening_diagnosis.accepted)
     assert "cannot tell spring/cubic_stiffness from" in sentence_of(torn)

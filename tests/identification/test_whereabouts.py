@@ -1,0 +1,118 @@
+"""What no law explains is placed by what the records say without it, and its shape comes out."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from supple.identification.diagnose import diagnose
+from supple.identification.fit import fit_base
+from supple.identification.misreading import misreading, misreading_json
+from supple.identification.problem import make_problem
+from supple.identification.records import Record, read_record
+from supple.identification.verdict import diagnosis_json
+from supple.identification.whereabouts import whereabouts
+from supple.model.rig import read_rig
+from tests.identification.benches import RATE, REACH, STIFFNESS, make_bench
+from tests.lab.plants import Sensor
+from tests.lab.sealed import draw_sealed
+
+FEELS = Sensor("feel_cart", "acceleration", "cart", "absolute", "m/s^2", 2, np.ones(1))
+BURST = 0.15
+"""What the channel adds in the middle of a record, in shares of its largest value [-]."""
+
+
+def with_error(record: Record, channel: str, add: np.ndarray) -> Record:
+    """The record with something added to one channel [unit]."""
+    told = tuple(
+        replace(one, values=one.values + add[: len(one.values)]) if one.name == channel else one
+        for one in record.channels
+    )
+    return replace(record, channels=told)
+
+
+def burst(record: Record) -> np.ndarray:
+    """A chatter that comes and goes, which no law of a reading knows [m/s^2]."""
+    values = next(one.values for one in record.channels if one.name == FEELS.name)
+    time = np.arange(len(values)) / RATE
+    wander = np.sin(2 * np.pi * 3.1 * time) * np.exp(-((time - 5.0) ** 2) / 4.0)
+    return BURST * np.max(np.abs(values)) * wander
+
+
+@pytest.fixture(scope="module")
+def loose(tmp_path_factory: pytest.TempPathFactory):
+    """Records of a cart whose accelerometer is loose, and what that adds."""
+    bench = make_bench(tmp_path_factory.mktemp("loose"), snr_db=34.0, sensors=(FEELS,))
+    added = {one.name: burst(one) for one in (*bench.records, *bench.held)}
+    wrong = [with_error(one, FEELS.name, added[one.name]) for one in bench.records]
+    held = [with_error(one, FEELS.name, added[one.name]) for one in bench.held]
+    return bench.rig, wrong, held, added
+
+
+def test_a_channel_that_errs_is_found_and_its_error_comes_out(loose):
+    rig, records, _, added = loose
+    fit = fit_base(make_problem(records, rig))
+    found = whereabouts(fit)
+    assert found is not None and (found.place, found.kind) == (FEELS.name, "channel")
+    fits = {one.what: one.fits for one in found.apart}
+    assert fits == {FEELS.name: True, "see_cart": False}
+    error = misreading(fit, found.apart[0])
+    time = next(curve for curve in error.curves if curve.against == "time")
+    truth = added[error.record][-len(time.force) :]
+    assert np.corrcoef(time.force, truth)[0, 1] > 0.95
+    assert np.std(time.force - truth) < 0.3 * np.std(truth)
+    told = misreading_json(error)
+    assert told["unit_error"] == "m/s^2" and len(told["curves"]) == 3
+    assert {one["unit_x"] for one in told["curves"]} == {"m/s^2", "m/s^2/s", "s"}
+
+
+def test_a_verdict_that_knows_no_law_says_which_channel(loose):
+    rig, records, held, _ = loose
+    found = diagnose(records, rig, held, left_out=("mains_hum", "sensor_drift"))
+    assert found.status == "unknown"
+    told = diagnosis_json(found, {})
+    assert told["where"]["place"] == FEELS.name and told["where"]["kind"] == "channel"
+    assert told["missing_force"] is None and told["misreading"]["place"] == FEELS.name
+    assert f"most likely at {FEELS.name}" in told["sentence"]
+    assert "Without it all else fits" in told["sentence"]
+    assert told["what_next"].startswith(f"Check {FEELS.name}")
+    assert any(f"without {FEELS.name}" in line for line in told["why"])
+
+
+def test_a_force_that_is_missing_is_no_channels_error(tmp_path: Path):
+    hidden = ("cubic_stiffness", 0.5 * STIFFNESS / REACH**2)
+    bench = make_bench(tmp_path, (hidden,), snr_db=40.0, sensors=(FEELS,))
+    found = whereabouts(fit_base(make_problem(bench.records, bench.rig)))
+    assert found is not None and (found.place, found.kind) == ("spring", "place")
+    assert not any(one.fits for one in found.apart) and len(found.apart) == 2
+    assert [one.place for one in found.forces][:1] == ["spring"]
+    scores = [one.score for one in found.forces]
+    assert scores == sorted(scores)
+
+
+def test_where_one_channel_is_all_there_is_places_are_asked(tmp_path: Path):
+    hidden = ("cubic_stiffness", 0.5 * STIFFNESS / REACH**2)
+    bench = make_bench(tmp_path, (hidden,), snr_db=40.0)
+    found = whereabouts(fit_base(make_problem(bench.records, bench.rig)))
+    assert found is not None and found.apart == () and found.place == "spring"
+
+
+@pytest.mark.slow
+def test_a_told_motion_that_is_wrong_is_the_drives(tmp_path: Path):
+    draw_sealed(
+        tmp_path, "A", 5, effects=0, model="driven_wrist", noise="white", train=4, held_out=0,
+        snr_db=30.0,
+    )  # fmt: skip
+    records = [read_record(path) for path in sorted((tmp_path / "records").glob("train*.toml"))]
+    told = [one for one in records if one.test == "driven"]
+    assert told and len(told) < len(records)
+    wrong = []
+    for record in records:
+        for channel in record.channels:
+            if channel.role == "input" and channel.quantity == "angle":
+                bent = 0.2 * channel.values * np.tanh(channel.values / np.std(channel.values))
+                record = with_error(record, channel.name, bent)
+        wrong.append(record)
+    found = whereabouts(fit_base(make_problem(wrong, read_rig(tmp_path / "records" / "rig.toml"))))
+    assert found is not None and (found.place, found.kind) == ("drive", "drive")
