@@ -19,7 +19,7 @@ from .evidence import (
     on_bounds,
 )
 from .extend import HeldOut, extend, held_out, shown_by, without, worst_ratio
-from .finding import Diagnosis
+from .finding import Diagnosis, crowded
 from .fit import CRAWL, DOMINATED, Fit, fit_base, polished, settle, solve
 from .form import mends_form, within_form, within_next
 from .problem import Problem, make_problem
@@ -385,13 +385,13 @@ class _Search:
             bad = bad and not within_form(self.fit)
             bad = bad or any(one.beyond for one in self.fit.used)
             status = "unknown" if bad else "adequate"
-        elif left > SMALL_EXCESS and share < LEAST_SHARE:
+        elif crowded(self.accepted) or (left > SMALL_EXCESS and share < LEAST_SHARE):
             status = "unknown"
         elif worst_ratio(self.fit) > DOMINATED and not self._believed(share):
             status = "unknown"
         else:
             status = "ambiguous" if self.rivals else "named"
-        lost = status == "unknown" and left > SMALL_EXCESS
+        lost = status == "unknown" and excess(self.base) > SMALL_EXCESS
         where = whereabouts(self.base, self.progress) if lost else None
         blind = tuple(c.name for c in self.first if floor_visibility(self.base, c) < VISIBLE)
         blind += hidden_masses(self.base.problem)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from .extend import HeldOut
 from .fit import Fit
 from .screen import Candidate
+from .swung import is_swung
 from .trial import Trial
 from .whereabouts import Whereabouts
 
@@ -48,3 +51,23 @@ class Diagnosis:
     whiteness: tuple[float, float] = (1.0, 1.0)
     stages: tuple[Fit, ...] = field(default=())
     where: Whereabouts | None = None
+
+    @property
+    def crowded(self) -> str | None:
+        """The place at which laws stand in for one that the library lacks."""
+        return crowded(self.accepted)
+
+
+STAND_INS = 3
+"""Laws at one place from which they stand in for another one [-]: each takes its part of a misfit
+that none of them has made. What a told motion swings truly lacks several at once."""
+
+
+def crowded(accepted: Sequence[Trial]) -> str | None:
+    """The place at which `STAND_INS` laws were accepted; None where there is none.
+
+    Source: tests/identification/test_whereabouts.py.
+    """
+    own = [one for one in accepted if not is_swung(one.fit.problem, one.candidate.cause)]
+    most = Counter(one.candidate.place for one in own).most_common(1)
+    return most[0][0] if most and most[0][1] >= STAND_INS else None

@@ -14,12 +14,11 @@ from .fit import Fit
 from .form import form_words, stated_std, within_form
 from .free import Entry
 from .identifiable import identifiability
-from .misreading import misreading, misreading_json
-from .missing import missing_json
 from .screen import Candidate
 from .tolerances import allowed_json, beyond_words
 from .trial import Trial
-from .whereabouts import SMALL_EXCESS, Whereabouts
+from .where_told import all_else, stand_ins, where_json, where_words
+from .whereabouts import SMALL_EXCESS
 
 NORMAL_95 = 1.959964
 NOISE_WORDS = {"ar1": "AR(1)", "ar2": "AR(2)"}
@@ -143,7 +142,7 @@ def sentence_of(diagnosis: Diagnosis) -> str:
             + " ".join(told)
         )
     beyond = beyond_words(final)
-    if beyond and excess(final) < SMALL_EXCESS:
+    if beyond and not diagnosis.crowded and excess(final) < SMALL_EXCESS:
         return f"What was told of these records does not hold. {beyond}"
     where = diagnosis.where
     first = diagnosis.candidates[0].place if diagnosis.candidates else "the model"
@@ -154,16 +153,8 @@ def sentence_of(diagnosis: Diagnosis) -> str:
     return (
         f"Something is missing that no law of the library explains, most likely at {place}: the "
         f"misfit is {left:.2g} times the noise ({start:.2g} times before)."
-        f"{_all_else(where)}{guess}"
+        f"{all_else(where)}{stand_ins(diagnosis)}{guess}"
     )
-
-
-def _all_else(where: Whereabouts | None) -> str:
-    """What the records say without the one thing that is not believed."""
-    if where is None or where.kind == "place":
-        return ""
-    what = "all that is not driven by the told motion" if where.kind == "drive" else "all else"
-    return f" Without it {what} fits to within its noise."
 
 
 def why_of(diagnosis: Diagnosis) -> list[str]:
@@ -185,7 +176,7 @@ def why_of(diagnosis: Diagnosis) -> list[str]:
             f"{first.candidate.name} was first of {len(diagnosis.candidates)} tried: BIC falls by "
             f"{first.delta_bic:.0f} on {effective_samples(first.fit):.0f} independent samples."
         )
-    said += _where_words(diagnosis.where)
+    said += where_words(diagnosis.where)
     said += [
         f"Of {one.contest.sets} sets made with {diagnosis.accepted[-1].candidate.name} "
         f"{100 * one.contest.first:.0f} % speak for {one.candidate.name} as much as the records do "
@@ -198,20 +189,6 @@ def why_of(diagnosis: Diagnosis) -> list[str]:
         if trial.verdict.startswith("refused"):
             said.append(f"{trial.candidate.name} {trial.verdict}.")
     return said[:6]
-
-
-def _where_words(where: Whereabouts | None) -> list[str]:
-    """Why it is there, in a sentence or two."""
-    if where is None:
-        return []
-    each = [f"{np.sqrt(1.0 + one.left):.2g} without {one.what}" for one in where.apart]
-    said = [f"Misfit of all else, in units of its noise: {', '.join(each)}."] if each else []
-    if where.forces:
-        shares = [f"{100 * one.explained:.0f} % at {one.place}" for one in where.forces[:3]]
-        said.append(
-            f"A free force explains of the misfit of {where.forces[0].record}: {', '.join(shares)}."
-        )
-    return said
 
 
 def _counted(count: int) -> str:
@@ -363,28 +340,6 @@ def history_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:
             }
         )
     return rows
-
-
-def where_json(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Where what no law explains sits, and its shape: a force, or a channel's error [SI]."""
-    where, force, error = diagnosis.where, None, None
-    if where is None:
-        return {"where": None, "missing_force": None, "misreading": None}
-    if where.kind == "channel":
-        error = misreading_json(misreading(diagnosis.base, where.apart[0]))
-    if where.forces:
-        turns = diagnosis.base.problem.mechanism.turns(where.place)
-        force = missing_json(where.forces[0], turns)
-    told = {
-        "place": where.place,
-        "kind": where.kind,
-        "without": [
-            {"what": one.what, "reduced_chi2": 1.0 + one.left, "fits": one.fits}
-            for one in where.apart
-        ],
-        "forces": [{"place": one.place, "explained": one.explained} for one in where.forces],
-    }
-    return {"where": told, "missing_force": force, "misreading": error}
 
 
 def diagnosis_json(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from supple.identification.constants import fit_json
-from supple.identification.finding import Diagnosis
+from supple.identification.finding import Diagnosis, crowded
 from supple.identification.verdict import (
     _interval,
     amount,
@@ -136,6 +136,16 @@ def test_sentences_name_the_place_and_the_strength(softening_diagnosis, clean_di
     assert (missing["place"], missing["against"]) == ("spring", "displacement")
     assert (missing["unit_x"], missing["unit_force"]) == ("m", "N")
     assert len(missing["x"]) == len(missing["force"]) and len(missing["curves"]) == 3
+
+
+def test_many_laws_at_one_place_stand_in_for_another(softening_diagnosis):
+    (trial,) = softening_diagnosis.accepted
+    assert crowded([trial, trial]) is None
+    assert crowded([trial] * 3) == "spring"
+    torn = replace(softening_diagnosis, status="unknown", accepted=(trial,) * 3)
+    torn = replace(torn, where=whereabouts(torn.base))
+    assert "So many laws at spring stand in for one" in sentence_of(torn)
+    assert "stand in" not in sentence_of(replace(torn, accepted=(trial,)))
 
 
 @pytest.mark.parametrize(
