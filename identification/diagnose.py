@@ -37,6 +37,7 @@ from .standing import (
     whiteness,
 )
 from .swung import is_swung
+from .tolerances import strays
 from .trial import (
     HALFWAY,
     IDLE,
@@ -55,7 +56,7 @@ from .trial import (
     settled,
 )
 from .weighing import with_laws
-from .whereabouts import SMALL_EXCESS, whereabouts
+from .whereabouts import SMALL_EXCESS, stray_channel, whereabouts
 
 MOST_CAUSES = 4
 
@@ -383,7 +384,7 @@ class _Search:
         if not self.accepted:
             bad = left > SMALL_EXCESS and misfit_chance(self.fit) < 1e-4
             bad = bad and not within_form(self.fit)
-            bad = bad or any(one.beyond for one in self.fit.used)
+            bad = bad or any(one.beyond for one in self.fit.used) or bool(strays(self.fit))
             status = "unknown" if bad else "adequate"
         elif crowded(self.accepted) or (left > SMALL_EXCESS and share < LEAST_SHARE):
             status = "unknown"
@@ -393,6 +394,8 @@ class _Search:
             status = "ambiguous" if self.rivals else "named"
         lost = status == "unknown" and excess(self.base) > SMALL_EXCESS
         where = whereabouts(self.base, self.progress) if lost else None
+        if status == "unknown" and where is None:
+            where = stray_channel(self.fit)
         blind = tuple(c.name for c in self.first if floor_visibility(self.base, c) < VISIBLE)
         blind += hidden_masses(self.base.problem)
         return Diagnosis(

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import eigh
 
 from ..model.chain import DERIVATIVES, FORCES
 from ..model.law import Law
@@ -183,12 +184,17 @@ def _start_entries(
 def _start_scales(
     mechanism: Mechanism, numbers: Mapping[str, float], prepared: Prepared
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Natural size of each coordinate's start: how it moves when a sensor's place is pushed."""
+    """Natural size of each coordinate's start: how it moves when a sensor's place is pushed.
+
+    Or a share of how it moves in the mode that rings: a push on a collet bends no shaft, and yet
+    the head swings.
+    """
     n = len(mechanism.coordinates)
     rows = mechanism.rows(numbers)
     mass = np.asarray(mass_matrix(rows))[:n, :n]
     omega = 2 * np.pi * max(prepared.frequency, 0.5 / (prepared.count * prepared.step))
     dynamic = np.asarray(stiffness_matrix(rows))[:n, :n] + 1e-3 * omega**2 * mass
+    mode = np.abs(_ringing_mode(np.asarray(stiffness_matrix(rows))[:n, :n], mass, omega))
     best = np.zeros(n)
     for sensor in prepared.sensors:
         port = sensor.port
@@ -198,8 +204,25 @@ def _start_scales(
         size = np.ptp(_telling(sensor, prepared)) / omega ** DERIVATIVES[port.quantity]
         if seen > 0:
             best = np.maximum(best, size * np.maximum(shape, 1e-3 * shape.max()) / seen)
+        moved = float(np.abs(row) @ mode)
+        if moved * np.sqrt(shape @ mass @ shape) > BLIND * seen:
+            best = np.maximum(best, RINGS * size * mode / moved)
     best[best == 0] = best.max() or 1.0
     return best, best * omega
+
+
+RINGS = 0.3
+"""Share of a mode's size that a start's natural size is at least [-]; priors are ten times that."""
+
+BLIND = 0.03
+"""What a sensor sees of the mode, over what it sees of a push at its place, at the same energy of
+motion [-], from which it says nothing of how large the mode is."""
+
+
+def _ringing_mode(stiffness: np.ndarray, mass: np.ndarray, omega: float) -> np.ndarray:
+    """The mode whose frequency is nearest to `omega` [rad/s], over the coordinates [-]."""
+    squares, modes = eigh(stiffness, mass)
+    return modes[:, int(np.argmin(np.abs(np.sqrt(np.maximum(squares, 0.0)) - omega)))]
 
 
 def _telling(sensor: Sensor, prepared: Prepared) -> np.ndarray:

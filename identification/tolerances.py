@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 from .allowance import FEW, MANY, Used
@@ -31,9 +32,64 @@ def allowed_json(fit: Fit) -> list[dict[str, Any]]:
     ]
 
 
+FAR = 10.0
+"""Size of a channel's zero, gain or delay, over the tolerance that its sidecar states [-], from
+which it is no nuisance more: what a lumped club leaves of a real one moves them by a few."""
+
+STATED = {"offset": ("offset",), "gain": ("gain", "radius"), "delay": ("delay",)}
+"""Keys of a sidecar's tolerance that bind each kind of number."""
+
+CALLED = {"offset": "the zero", "gain": "the gain", "delay": "the delay"}
+
+
+@dataclass(frozen=True)
+class Stray:
+    """A channel's number that is far from what its sidecar states.
+
+    Attributes:
+        channel: its name.
+        record: the record's.
+        kind: offset, gain or delay.
+        ratio: its size over the tolerance [-].
+    """
+
+    channel: str
+    record: str
+    kind: str
+    ratio: float
+
+
+def strays(fit: Fit) -> tuple[Stray, ...]:
+    """Numbers of channels that explain records only far beyond what was stated of them.
+
+    Args:
+        fit: any; where nothing was stated, nothing strays.
+
+    Returns:
+        The farthest first.
+
+    Source: tests/identification/test_whereabouts.py.
+    """
+    found = []
+    records = {prepared.name: prepared for prepared in fit.problem.records}
+    for index, entry in enumerate(fit.model.entries):
+        if entry.slot not in STATED or entry.record not in records or not entry.nuisance:
+            continue
+        channel = records[entry.record].sensors[int(entry.keys[0])].channel
+        ratio = abs(fit.value(index) - entry.center) / entry.prior
+        if any(channel.tolerance.get(key) for key in STATED[entry.slot]) and ratio > FAR:
+            found.append(Stray(channel.name, entry.record, entry.slot, ratio))
+    return tuple(sorted(found, key=lambda one: -one.ratio))
+
+
 def beyond_words(fit: Fit) -> str:
     """A sentence on what went beyond its tolerance [-]; empty where nothing did."""
     told = [_words(one) for one in fit.used if one.beyond]
+    told += [
+        f"{CALLED[one.kind]} of {one.channel} in {one.record}, {one.ratio:.0f} times what its "
+        "sidecar states"
+        for one in strays(fit)[:1]
+    ]
     return f"Beyond its tolerance: {'; '.join(told)}." if told else ""
 
 

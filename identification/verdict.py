@@ -203,8 +203,8 @@ def next_of(diagnosis: Diagnosis) -> str:
         return "Record the same test at clearly smaller and larger amplitude: there the laws part."
     if diagnosis.where and diagnosis.where.kind == "channel":
         return (
-            f"Check {diagnosis.where.place}: mount, range, cable, conditioning; read its place by "
-            "a second sensor. Its error is drawn below."
+            f"Check {diagnosis.where.place}: mount, zero, range, cable; read its place by "
+            "a second sensor."
         )
     if diagnosis.status == "unknown":
         return (

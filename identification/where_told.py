@@ -14,7 +14,7 @@ from .whereabouts import Whereabouts
 
 def all_else(where: Whereabouts | None) -> str:
     """What the records say without the one thing that is not believed."""
-    if where is None or where.kind == "place":
+    if where is None or where.kind == "place" or not where.apart:
         return ""
     what = "all that is not driven by the told motion" if where.kind == "drive" else "all else"
     return f" Without it {what} fits to within its noise."
@@ -47,7 +47,7 @@ def where_json(diagnosis: Diagnosis) -> dict[str, Any]:
     where, force, error = diagnosis.where, None, None
     if where is None:
         return {"where": None, "missing_force": None, "misreading": None}
-    if where.kind == "channel":
+    if where.kind == "channel" and where.apart:
         error = misreading_json(misreading(diagnosis.base, where.apart[0]))
     if where.forces:
         turns = diagnosis.base.problem.mechanism.turns(where.place)

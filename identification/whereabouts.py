@@ -15,6 +15,7 @@ from .prepare import Prepared
 from .problem import Model, Problem, base_entries, rough_noise
 from .standing import misfit_chance
 from .swung import is_swung_place
+from .tolerances import strays
 
 SMALL_EXCESS = 0.3
 """Misfit beyond noise that is let pass when no law explains it, in units of the noise [-]."""
@@ -73,6 +74,16 @@ class Whereabouts:
     kind: str
     apart: tuple[Apart, ...]
     forces: tuple[MissingForce, ...] = ()
+
+
+def stray_channel(fit: Fit) -> Whereabouts | None:
+    """The channel whose zero, gain or delay is not what was stated; None where all are.
+
+    Args:
+        fit: one that leaves no misfit, see `strays`.
+    """
+    found = strays(fit)
+    return Whereabouts(found[0].channel, "channel", ()) if found else None
 
 
 def whereabouts(fit: Fit, progress: Progress = lambda text: None) -> Whereabouts | None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from supple.identification.diagnose import diagnose
+from supple.identification.evidence import excess
 from supple.identification.fit import fit_base
 from supple.identification.misreading import misreading, misreading_json
 from supple.identification.problem import make_problem
@@ -96,6 +97,59 @@ def test_where_one_channel_is_all_there_is_places_are_asked(tmp_path: Path):
     bench = make_bench(tmp_path, (hidden,), snr_db=40.0)
     found = whereabouts(fit_base(make_problem(bench.records, bench.rig)))
     assert found is not None and found.apart == () and found.place == "spring"
+
+
+def stated(record: Record, zero: float, tolerance: dict[str, float]) -> Record:
+    """The record with a wrong zero of its accelerometer, and what is stated of it [m/s^2]."""
+    moved = with_error(record, FEELS.name, np.full(len(record.channels[0].values), zero))
+    told = tuple(
+        replace(one, tolerance=tolerance) if one.name == FEELS.name else one
+        for one in moved.channels
+    )
+    return replace(moved, channels=told)
+
+
+@pytest.mark.parametrize(
+    ("zero", "tolerance", "status"),
+    [
+        (0.05, {"offset": 0.02}, "adequate"),
+        (0.5, {"offset": 0.02}, "unknown"),
+        (0.05, {}, "adequate"),  # nothing was stated
+    ],
+)
+def test_a_zero_far_from_what_is_stated_is_no_nuisance(tmp_path: Path, zero, tolerance, status):
+    bench = make_bench(tmp_path, snr_db=34.0, sensors=(FEELS,))
+    records = [stated(one, zero, tolerance) for one in bench.records]
+    laws = ("sensor_offset", "sensor_drift", "sensor_rectified")
+    told = diagnosis_json(diagnose(records, bench.rig, left_out=laws), {})
+    assert told["status"] == status
+    if status == "unknown":
+        assert (told["where"]["place"], told["where"]["kind"]) == (FEELS.name, "channel")
+        assert f"the zero of {FEELS.name}" in told["sentence"] and told["misreading"] is None
+        assert told["what_next"].startswith(f"Check {FEELS.name}")
+
+
+def test_an_encoder_alone_lets_the_head_start_where_it_hangs(tmp_path: Path):
+    draw_sealed(
+        tmp_path, "A", 5, effects=0, model="pinned_wrist", noise="white", train=2, held_out=0,
+        samples=1024,
+    )  # fmt: skip
+    paths = sorted((tmp_path / "records").glob("train*.toml"))
+    rig = read_rig(tmp_path / "records" / "rig.toml")
+    problem = make_problem([read_record(path) for path in paths], rig)
+    alone = tuple(
+        replace(p, sensors=tuple(s for s in p.sensors if s.port.quantity == "angle"))
+        for p in problem.records
+    )
+    assert all(len(p.sensors) == 1 for p in alone)
+    fit = fit_base(replace(problem, records=alone))
+    assert excess(fit) < 0.1
+    deflections = [
+        abs(fit.value(index)) / entry.prior
+        for index, entry in enumerate(fit.model.entries)
+        if entry.name == "clubhead_displacement.start"
+    ]
+    assert max(deflections) < 3.0
 
 
 @pytest.mark.slow
