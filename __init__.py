@@ -23,8 +23,8 @@ if "xla_backend_extra_options" not in os.environ.get("XLA_FLAGS", ""):
         + " --xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=1000000000"
     ).strip()
 # A law's program falls into hundreds of small kernels: XLA's older emitters compile them in 0.6 of
-# the time, into 0.6 of the pieces of memory, and run a tenth slower. A flag that a release does not
-# know ends the process, so it is set only where it was tried.
+# the time, into 0.6 of the pieces of memory, which run as fast but for one program (`FUSED` in
+# model/respond.py). A flag that a release does not know ends the process: it is set where tried.
 if "xla_cpu_use_fusion_emitters" not in os.environ["XLA_FLAGS"]:
     try:
         if version("jaxlib").startswith("0.10."):

@@ -66,7 +66,7 @@ that none of them has made. What a told motion swings truly lacks several at onc
 def crowded(accepted: Sequence[Trial]) -> str | None:
     """The place at which `STAND_INS` laws were accepted; None where there is none.
 
-    Source: tests/identification/test_whereabouts.py.
+    Source: tests/identification/test_verdict.py.
     """
     own = [one for one in accepted if not is_swung(one.fit.problem, one.candidate.cause)]
     most = Counter(one.candidate.place for one in own).most_common(1)

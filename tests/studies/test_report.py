@@ -214,3 +214,22 @@ def test_a_short_record_is_still_drawn(tmp_path, n_samples):
     view = decay_view(n_samples=n_samples)
     page = write_report(diagnosis(), [view], tmp_path / "report.html").read_text()
     assert page.count("<figure") >= 2
+
+
+def test_a_channels_error_is_drawn_against_reading_rate_and_time(tmp_path):
+    x = np.linspace(-1.0, 1.0, 30)
+    curves = [
+        {"against": against, "x": list(x), "error": list(0.1 * x**2), "std": list(0.0 * x),
+         "unit_x": unit, "unit_error": "m/s^2", "share": 0.5}
+        for against, unit in (("reading", "m/s^2"), ("rate", "m/s^2/s"), ("time", "s"))
+    ]  # fmt: skip
+    error = {"place": "feel_cart", "record": "decay_1", **curves[0], "curves": curves}
+    where = {"place": "feel_cart", "kind": "channel", "without": [], "forces": []}
+    told = diagnosis("unknown") | {"where": where, "missing_force": None, "misreading": error}
+    path = tmp_path / "report.html"
+    write_report(told, [], path)
+    page = path.read_text()
+    assert "What the channel adds" in page and "The missing force" not in page
+    assert "The error of feel_cart is drawn below, against what it should read." in page
+    for against in ("reading", "rate", "time"):
+        assert f"Error of feel_cart against {against}" in page
