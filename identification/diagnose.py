@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 from ..model.rig import Rig
 from .bootstrap import contest
@@ -56,7 +57,7 @@ from .trial import (
     settled,
 )
 from .weighing import with_laws
-from .whereabouts import SMALL_EXCESS, stray_channel, whereabouts
+from .whereabouts import CLEARED, SMALL_EXCESS, Apart, apart, stray_channel, whereabouts
 
 MOST_CAUSES = 4
 
@@ -126,6 +127,12 @@ def diagnose(
         pass
     state.weigh()
     return state.verdict(split)
+
+
+def _shows(fit: Fit) -> bool:
+    """Whether a fit leaves more than noise and what the form of lumped laws misses."""
+    left = excess(fit) > SMALL_EXCESS and misfit_chance(fit) < CLEARED
+    return left and not within_form(fit)
 
 
 class _Search:
@@ -377,23 +384,43 @@ class _Search:
             self.fit, self.held = fit, held
             self.stages = [*self.stages[:-1], fit]
 
+    @cached_property
+    def _apart(self) -> tuple[Apart, ...]:
+        return apart(self.base, self.progress)
+
+    def _stands_in(self) -> bool:
+        """Whether a channel errs, or the drive, and what is named does not tell how.
+
+        Without it all else fits; with what is named it does not. A law of an instrument is exact.
+        One of the mechanism may leave what its form misses, but never ten times the noise.
+        """
+        if not _shows(self.fit):
+            return False
+        places = {one.candidate.place for one in self.accepted}
+        sensors = {s.channel.name for p in self.base.problem.records for s in p.sensors}
+        own = len(places) == 1 and places <= sensors
+        far = worst_ratio(self.fit) > DOMINATED
+        if not (own or far) or not self._apart or not self._apart[0].fits:
+            return False
+        return far or places == {self._apart[0].what}
+
     def verdict(self, split: str) -> Diagnosis:
         """Sum up."""
         left = excess(self.fit)
         share = explained(self.base, self.fit)
         if not self.accepted:
-            bad = left > SMALL_EXCESS and misfit_chance(self.fit) < 1e-4
-            bad = bad and not within_form(self.fit)
-            bad = bad or any(one.beyond for one in self.fit.used) or bool(strays(self.fit))
-            status = "unknown" if bad else "adequate"
+            beyond = any(one.beyond for one in self.fit.used) or bool(strays(self.fit))
+            status = "unknown" if beyond or _shows(self.fit) else "adequate"
         elif crowded(self.accepted) or (left > SMALL_EXCESS and share < LEAST_SHARE):
             status = "unknown"
         elif worst_ratio(self.fit) > DOMINATED and not self._believed(share):
             status = "unknown"
+        elif self._stands_in():
+            status = "unknown"
         else:
             status = "ambiguous" if self.rivals else "named"
         lost = status == "unknown" and excess(self.base) > SMALL_EXCESS
-        where = whereabouts(self.base, self.progress) if lost else None
+        where = whereabouts(self.base, self.progress, self._apart) if lost else None
         if status == "unknown" and where is None:
             where = stray_channel(self.fit)
         blind = tuple(c.name for c in self.first if floor_visibility(self.base, c) < VISIBLE)

@@ -86,7 +86,9 @@ def stray_channel(fit: Fit) -> Whereabouts | None:
     return Whereabouts(found[0].channel, "channel", ()) if found else None
 
 
-def whereabouts(fit: Fit, progress: Progress = lambda text: None) -> Whereabouts | None:
+def whereabouts(
+    fit: Fit, progress: Progress = lambda text: None, asked: tuple[Apart, ...] | None = None
+) -> Whereabouts | None:
     """Where what no law explains sits, by what the records themselves say.
 
     If all but one channel fit without it, it is that channel; if all but what a told motion drives
@@ -97,22 +99,23 @@ def whereabouts(fit: Fit, progress: Progress = lambda text: None) -> Whereabouts
     Args:
         fit: of the rig as it stands, no law in force.
         progress: told what is tried.
+        asked: what `apart` found for this fit, where it was asked already.
 
     Returns:
         It; None where no place can be asked.
 
     Source: tests/identification/test_whereabouts.py.
     """
-    found = apart(fit, progress)
+    found = apart(fit, progress) if asked is None else asked
     if found and found[0].fits:
         kind = "drive" if found[0].what == DRIVE else "channel"
         return Whereabouts(found[0].what, kind, found)
     progress("looking for the place of the missing force")
     places = [p for p in fit.problem.mechanism.law_places() if not is_swung_place(fit.problem, p)]
-    asked = [missing_force(fit, place) for place in places]
+    pushed = [missing_force(fit, place) for place in places]
     links = fit.problem.mechanism.law_places()
     forces = sorted(
-        (one for one in asked if one is not None),
+        (one for one in pushed if one is not None),
         key=lambda one: one.score + (0.0 if links[one.place] == "link" else AS_WELL),
     )
     return Whereabouts(forces[0].place, "place", found, tuple(forces)) if forces else None

@@ -6,12 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from supple.identification import diagnose as diagnosing
 from supple.identification.diagnose import diagnose
 from supple.identification.evidence import excess
-from supple.identification.fit import fit_base
+from supple.identification.extend import extend, worst_ratio
+from supple.identification.fit import DOMINATED, fit_base
 from supple.identification.misreading import misreading, misreading_json
 from supple.identification.problem import make_problem
 from supple.identification.records import Record, read_record
+from supple.identification.screen import screen
+from supple.identification.trial import Trial
 from supple.identification.verdict import diagnosis_json
 from supple.identification.whereabouts import whereabouts
 from supple.model.rig import read_rig
@@ -79,6 +83,24 @@ def test_a_verdict_that_knows_no_law_says_which_channel(loose):
     assert "Without it all else fits" in told["sentence"]
     assert told["what_next"].startswith(f"Check {FEELS.name}")
     assert any(f"without {FEELS.name}" in line for line in told["why"])
+
+
+@pytest.mark.parametrize("name", ["spring/quadratic_damping", "feel_cart/sensor_drift"])
+def test_a_law_that_leaves_the_error_of_the_only_channel_that_errs_is_a_stand_in(
+    loose, monkeypatch, name
+):
+    rig, records, _, _ = loose
+    base = fit_base(make_problem(records, rig))
+    law = next(one for one in screen(base) if one.name == name)
+    fit = extend(base, law)
+    assert worst_ratio(fit) > DOMINATED
+    search = diagnosing._Search(base, None, lambda text: None)
+    search._accept([Trial(law, fit, 1000.0)], [])
+    monkeypatch.setattr(diagnosing, "explained", lambda before, after: 0.9)
+    monkeypatch.setattr(search, "_believed", lambda share: True)
+    found = search.verdict("none")
+    assert found.status == "unknown"
+    assert found.where is not None and found.where.place == FEELS.name
 
 
 def test_a_force_that_is_missing_is_no_channels_error(tmp_path: Path):
