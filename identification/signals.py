@@ -12,6 +12,10 @@ HIGH_BAND = 0.8
 SHORTEST_FLAT = 3
 """Equal samples in a row that may be a flat top [-]."""
 
+ROUNDED = 20.0
+"""Steps by which a signal falls within three samples beside a flat top [-]: a rounded peak whose
+three highest samples are written alike falls by 16 at most, and noise of two is added."""
+
 MOST_FOR_SPECTRUM = 1 << 19
 """Samples from which a spectrum is taken at most [-]; further ones change no estimate."""
 
@@ -175,6 +179,5 @@ def _at_full_speed(drop: np.ndarray, step: float) -> bool:
     if len(drop) < 6:
         return False
     near, far = drop[2], drop[5] - drop[2]
-    # a rounded peak of a smooth signal falls by at most 9 steps beside a flat top of 3 samples
     smooth = drop[0] < 0.9 * drop[2]  # a leap of a square wave is no slope
-    return bool(smooth and near > 10.0 * step and near > 0.5 * far > 0.0)
+    return bool(smooth and near > ROUNDED * step and near > 0.5 * far > 0.0)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import multiprocessing
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +18,7 @@ from .diagnosis import diagnosed
 from .engine import forget_programs, read_inputs, write_together
 from .experiment import propose_experiment
 from .hidden_baselines import sparse_regression, white_bic
-from .hidden_cases import USUAL_DECIBELS, draw_case, require_bench
+from .hidden_cases import ROOT, USUAL_DECIBELS, draw_case, require_bench
 from .hidden_page import HEADINGS, lines, power_figure, write_hidden_page
 from .hidden_score import BENCHES, FAILED, outcome, sure, tables
 from .listing import markdown, printed
@@ -38,6 +40,9 @@ BLOCK = 20
 
 WITHOUT_EVERY = 4
 """Of so many cases one is diagnosed again without the law that is hidden in it [-]."""
+
+CODE = ("identification", "model", "tests/lab")
+"""Folders whose code decides what a case is and what is said of it [-]."""
 
 CASES = "hidden_effect_cases.jsonl"
 PROTOCOL = (
@@ -105,6 +110,7 @@ def run(call: Call) -> dict[str, Any]:
         "cases": ordered,
         "provenance": {
             "version": __version__,
+            "code": code(),
             "seed": call.seed,
             "seconds": round(time.perf_counter() - began, 1),
         },
@@ -123,14 +129,12 @@ def run(call: Call) -> dict[str, Any]:
 
 
 def done(path: Path | None) -> dict[tuple[str, int], dict[str, Any]]:
-    """Cases that an earlier run has answered with this version, by bench and seed."""
-    from .. import __version__
-
+    """Cases that an earlier run has answered with this very code, by bench and seed."""
     if path is None or not path.is_file():
         return {}
     lines = path.read_text(encoding="utf-8").split("\n")
     rows = [json.loads(line) for line in lines[:-1]]  # the last one is empty, or was cut off
-    return {(r["bench"], r["seed"]): r for r in rows if r["version"] == __version__}
+    return {(r["bench"], r["seed"]): r for r in rows if r.get("code") == code()}
 
 
 def _append(path: Path | None, row: Mapping[str, Any]) -> None:
@@ -161,12 +165,13 @@ def answers(
         batch = left[:1] if left[0] in struck else left[: BLOCK * WORKERS]
         died: Case | None = None
         with ProcessPoolExecutor(WORKERS, spawn) as pool:
-            waiting = [(case, pool.submit(work or answer, case)) for case in batch]
-            for case, future in waiting:
+            waiting = {pool.submit(work or answer, case): case for case in batch}
+            for future in as_completed(waiting):  # a slow case keeps no other from being written
+                case = waiting[future]
                 try:
                     row = future.result()
                 except BrokenProcessPool:
-                    died = died or case
+                    died = case if died is None else min(died, case, key=batch.index)
                     continue
                 left.remove(case)
                 yield row
@@ -190,7 +195,20 @@ def _lost(case: Case) -> dict[str, Any]:
 def _begun(case: Case) -> dict[str, Any]:
     from .. import __version__
 
-    return {"bench": case[0], "seed": case[1], "version": __version__}
+    return {"bench": case[0], "seed": case[1], "version": __version__, "code": code()}
+
+
+@cache
+def code() -> str:
+    """A digest of what draws cases and what answers them, 12 hexadecimal digits.
+
+    Rates of two codes are no rates: a row counts with those of its own alone.
+    """
+    found = hashlib.sha256()
+    for folder in CODE:
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            found.update(path.relative_to(ROOT).as_posix().encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()[:12]
 
 
 def answer(case: Case) -> dict[str, Any]:

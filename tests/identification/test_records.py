@@ -382,6 +382,17 @@ def test_clipping_is_told_from_steps_rests_and_leaps() -> None:
     assert (slight.low, slight.runs) == (None, 1)
 
 
+def test_rounded_peaks_that_are_written_in_steps_are_not_clipped() -> None:
+    rng, times = np.random.default_rng(0), np.arange(60.0)
+    refused = 0
+    for _ in range(4000):
+        fall, middle = rng.uniform(0.02, 1.2), 30.0 + rng.uniform(-1.0, 1.0)
+        size = 2.0 * fall * 12.0**2  # a wave of 75 samples; falls by so many steps in the first
+        wave = size * np.cos((times - middle) / 12.0) + rng.normal(0.0, 0.7, len(times))
+        refused += clipping(0.01 * np.round(wave)) is not None
+    assert refused == 0
+
+
 def test_a_slight_clip_is_a_warning(tmp_path: Path) -> None:
     t = np.arange(4096) / 512.0
     decay = np.minimum(np.exp(-0.5 * t) * np.sin(2 * np.pi * 5.3 * t), 0.95)

@@ -268,16 +268,10 @@ def quick(monkeypatch):
             seen.append((bench, seed))
             truth = [FRICTION] if seed % 2 else []
             one = row("named" if truth else "adequate", truth, truth, bench)
-            yield one | {"seed": seed, "version": hidden_effect_version()}
+            yield one | {"seed": seed, "code": hidden_effect.code()}
 
     monkeypatch.setattr(hidden_effect, "answers", rows)
     return seen
-
-
-def hidden_effect_version() -> str:
-    import supple
-
-    return supple.__version__
 
 
 def test_a_run_that_was_stopped_goes_on(quick, tmp_path):
@@ -300,6 +294,15 @@ def test_a_run_that_was_stopped_goes_on(quick, tmp_path):
     text = (tmp_path / "hidden_effect.md").read_text()
     assert all(line in text for line in again["protocol"])
     assert "wrist/coulomb_friction: 1 wrist/coulomb_friction" in text
+
+
+def test_rows_of_other_code_are_answered_anew(quick, tmp_path):
+    study = study_named("hidden_effect")
+    study.run(Call(tmp_path, seed=3, cases=1))
+    path = tmp_path / hidden_effect.CASES
+    assert len(done(path)) == 2 and len(hidden_effect.code()) == 12
+    path.write_text(path.read_text().replace(hidden_effect.code(), "0" * 12))
+    assert done(path) == {}
 
 
 def test_the_figure_and_the_summary_are_made_of_the_tables(quick, tmp_path, capsys):
