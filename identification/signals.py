@@ -12,9 +12,12 @@ HIGH_BAND = 0.8
 SHORTEST_FLAT = 3
 """Equal samples in a row that may be a flat top [-]."""
 
-ROUNDED = 20.0
-"""Steps by which a signal falls within three samples beside a flat top [-]: a rounded peak whose
-three highest samples are written alike falls by 16 at most, and noise of two is added."""
+FALL = 10.0
+"""Steps by which a signal falls at least within three samples beside a flat top [-]."""
+
+ROUNDED = 2.5
+"""Times that a rounded peak with so many equal samples falls there [-]: of 20000 such peaks under
+noise of up to two steps eight were taken for flat."""
 
 MOST_FOR_SPECTRUM = 1 << 19
 """Samples from which a spectrum is taken at most [-]; further ones change no estimate."""
@@ -169,15 +172,18 @@ def _flat_tops(values: np.ndarray, step: float) -> list[int]:
         if stop - start < SHORTEST_FLAT or start == 0 or stop == len(values):
             continue
         sides = [values[start - 1 :: -1][:6], values[stop:][:6]]
-        if any(_at_full_speed(values[start] - side, step) for side in sides):
+        gaps = stop - start - 1
+        # a parabola that rounds to as many equal samples as these is one step high over them
+        steps = max(FALL, ROUNDED * 12.0 * (gaps + 3.0) / gaps**2)
+        if any(_at_full_speed(values[start] - side, steps * step) for side in sides):
             lengths.append(int(stop - start))
     return lengths
 
 
-def _at_full_speed(drop: np.ndarray, step: float) -> bool:
+def _at_full_speed(drop: np.ndarray, least: float) -> bool:
     """Whether a signal leaves a flat top with a slope that does not grow from zero."""
     if len(drop) < 6:
         return False
     near, far = drop[2], drop[5] - drop[2]
     smooth = drop[0] < 0.9 * drop[2]  # a leap of a square wave is no slope
-    return bool(smooth and near > ROUNDED * step and near > 0.5 * far > 0.0)
+    return bool(smooth and near > least and near > 0.5 * far > 0.0)

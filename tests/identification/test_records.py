@@ -384,13 +384,14 @@ def test_clipping_is_told_from_steps_rests_and_leaps() -> None:
 
 def test_rounded_peaks_that_are_written_in_steps_are_not_clipped() -> None:
     rng, times = np.random.default_rng(0), np.arange(60.0)
-    refused = 0
+    flat = 0
     for _ in range(4000):
-        fall, middle = rng.uniform(0.02, 1.2), 30.0 + rng.uniform(-1.0, 1.0)
+        fall, middle = rng.uniform(0.02, 4.0), 30.0 + rng.uniform(-1.0, 1.0)
         size = 2.0 * fall * 12.0**2  # a wave of 75 samples; falls by so many steps in the first
-        wave = size * np.cos((times - middle) / 12.0) + rng.normal(0.0, 0.7, len(times))
-        refused += clipping(0.01 * np.round(wave)) is not None
-    assert refused == 0
+        noise = rng.normal(0.0, rng.uniform(0.0, 2.0), len(times))
+        wave = size * np.cos((times - middle) / 12.0) + noise
+        flat += clipping(0.01 * np.round(wave)) is not None
+    assert flat <= 2  # 27 where three equal samples and 10 steps are enough
 
 
 def test_a_slight_clip_is_a_warning(tmp_path: Path) -> None:
