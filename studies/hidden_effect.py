@@ -70,6 +70,7 @@ PROTOCOL = (
     "Pick-by-BIC refits the three most promising laws with the noise taken for white. Sparse "
     "regression (pysindy's STLSQ, threshold 0.1 of the residual's size) picks the largest term of "
     "what is left, on powers of every place's stretch and rate and on what a sensor may add.",
+    "A case that the bench fails to draw is told apart and counted nowhere.",
     "Intervals are of 95 %, after Clopper and Pearson.",
 )
 
@@ -97,17 +98,23 @@ def run(call: Call) -> dict[str, Any]:
     kept = None if call.out is None else call.out / CASES
     rows = {key: row for key, row in done(kept).items() if key in wanted}
     left = [key for key in wanted if key not in rows]
+    undrawn = []
     for row in answers(left):
+        if "undrawn" in row:
+            undrawn.append(row)
+            call.progress(row["undrawn"])
+            continue
         rows[row["bench"], row["seed"]] = row
         _append(kept, row)
         call.progress(f"{len(rows)} of {len(wanted)}: {row['bench']} {row['seed']} {outcome(row)}")
     call.progress("")
-    ordered = [rows[key] for key in wanted]
+    ordered = [rows[key] for key in wanted if key in rows]
     result = {
         "question": QUESTION,
         "protocol": list(PROTOCOL),
         "benches": {b: tables([row for row in ordered if row["bench"] == b]) for b in BENCHES},
         "cases": ordered,
+        "undrawn": undrawn,
         "provenance": {
             "version": __version__,
             "code": code(),
@@ -215,10 +222,13 @@ def answer(case: Case) -> dict[str, Any]:
     """Draw one case, diagnose its records, and only then read its truth.
 
     Of every so many causes that could be found, the law is taken out of the library then and the
-    records are diagnosed once more.
+    records are diagnosed once more. A case that the bench cannot draw says so (``undrawn``).
     """
     with tempfile.TemporaryDirectory() as folder:
-        sidecars = draw_case(*case, Path(folder))
+        try:
+            sidecars = draw_case(*case, Path(folder))
+        except ValueError as fault:
+            return _begun(case) | {"undrawn": str(fault)}
         began = time.perf_counter()
         verdict, base, result = _verdict(sidecars)
         row = _begun(case) | verdict
@@ -248,7 +258,11 @@ def _after_next_test(case: Case, result: Mapping[str, Any], folder: Path) -> dic
         return None
     best = tests[0]
     again = f"{best['like']}:{best['amplitude_factor']:g}"
-    verdict = _verdict(draw_case(*case, folder / "next", again))[0]
+    try:
+        sidecars = draw_case(*case, folder / "next", again)
+    except ValueError:  # the bench cannot make it
+        return None
+    verdict = _verdict(sidecars)[0]
     return {**verdict, "test": best["test"], "evidence": best["expected_evidence"]}
 
 
@@ -301,6 +315,8 @@ def as_text(result: Mapping[str, Any]) -> str:
         for truth, said in result["benches"][bench]["confusion"].items():
             ordered = sorted(said.items(), key=lambda pair: -pair[1])
             parts.append(f"- {truth}: " + "; ".join(f"{count} {name}" for name, count in ordered))
+    if result["undrawn"]:
+        parts += ["", "## Not drawn", *(f"- {row['undrawn']}" for row in result["undrawn"])]
     parts += ["", "## Protocol", *(f"- {line}" for line in result["protocol"])]
     return "\n".join(parts) + "\n"
 
@@ -320,6 +336,7 @@ def show(result: Mapping[str, Any]) -> None:
         told = result["benches"][bench]["outcomes"]
         words = ", ".join(f"{count} {name}" for name, count in sorted(told.items()))
         below.append(f"bench {bench}: {words}")
+    below += [row["undrawn"] for row in result["undrawn"]]
     printed(result["question"], HEADINGS, lines(result), below)
 
 

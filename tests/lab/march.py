@@ -111,7 +111,7 @@ def held_start(structure: Structure, laws: Sequence[Carry], point: str, at: floa
 
 def _newton(own, base_d, base_v, by_d, by_v, force, memories, time, step):
     """Forces g with g = law(base_d - by_d g, base_v - by_v g); by_d, by_v per unit force."""
-    eye, worst = np.eye(len(force)), np.inf
+    eye, worst, start = np.eye(len(force)), np.inf, force
     told, after, size = force, memories, np.inf
     for turn in range(MOST_ITERATIONS):
         d = base_d - by_d @ force
@@ -130,7 +130,42 @@ def _newton(own, base_d, base_v, by_d, by_v, force, memories, time, step):
         force = force + (gap / matrix[0, 0] if len(force) == 1 else np.linalg.solve(matrix, gap))
     if size <= 1e-6 * (1.0 + float(np.abs(force).max())):
         return told, after
+    found = _damped(own, base_d, base_v, by_d, by_v, start, memories, time, step)
+    if found is not None:
+        return found
     raise RuntimeError(f"Newton did not close: {size:g} left of {np.abs(force).max():g}")
+
+
+def _damped(own, base_d, base_v, by_d, by_v, force, memories, time, step):
+    """As `_newton`, each step as short as it takes to come nearer; None where none does.
+
+    Slower; where many stations stand at their laws' corners whole steps go round in circles.
+    """
+    still = step == REST
+
+    def ask(force):
+        v = base_v if still else base_v - by_v @ force
+        told, *slopes, after = own.reply(base_d - by_d @ force, v, memories, time, step)
+        return told, slopes, after
+
+    told, slopes, after = ask(force)
+    for _ in range(10 * MOST_ITERATIONS):
+        gap = told - force
+        if float(np.abs(gap).max()) <= 1e-6 * (1.0 + float(np.abs(force).max())):
+            return told, after
+        matrix = np.eye(len(force)) + slopes[0][:, None] * by_d
+        if not still:
+            matrix = matrix + slopes[1][:, None] * by_v
+        way, length = np.linalg.solve(matrix, gap), 1.0
+        while length > 1e-6:
+            found = ask(force + length * way)
+            if np.linalg.norm(found[0] - force - length * way) < np.linalg.norm(gap):
+                break
+            length *= 0.5
+        else:
+            return None
+        force, (told, slopes, after) = force + length * way, found
+    return None
 
 
 def march(

@@ -296,6 +296,19 @@ def test_a_run_that_was_stopped_goes_on(quick, tmp_path):
     assert "wrist/coulomb_friction: 1 wrist/coulomb_friction" in text
 
 
+def test_a_case_that_the_bench_cannot_draw_stops_no_run(monkeypatch, tmp_path, capsys):
+    row = answer(("C", 3000))
+    assert "expected a case" in row["undrawn"]
+    monkeypatch.setattr(hidden_effect, "answers", lambda cases: iter([row | {"bench": "B"}]))
+    study = study_named("hidden_effect")
+    result = study.run(Call(tmp_path, seed=3, cases=1))
+    assert result["cases"] == [] and result["undrawn"][0]["bench"] == "B"
+    assert done(tmp_path / hidden_effect.CASES) == {}
+    assert "## Not drawn" in (tmp_path / "hidden_effect.md").read_text()
+    study.show(result)
+    assert "expected a case" in capsys.readouterr().out.replace("\n", " ")
+
+
 def test_rows_of_other_code_are_answered_anew(quick, tmp_path):
     study = study_named("hidden_effect")
     study.run(Call(tmp_path, seed=3, cases=1))
