@@ -22,16 +22,22 @@ class FaultyReading:
         fault: how it reads.
         values: strength, then shapes [SI].
         entries: index of each among a model's entries; None where it is held.
+        since: how long the channel's record has run at its first sample that is used [s].
     """
 
     law: Law
     fault: Fault
     values: tuple[float, ...]
     entries: tuple[int | None, ...]
+    since: float = 0.0
+
+    @property
+    def _counted(self) -> dict[str, float]:
+        return {"since": self.since} if self.fault.counts else {}
 
     def read(self, readings: np.ndarray, step: float) -> np.ndarray:
         """What the channel says of true readings, shape (n,) [unit]."""
-        return self.fault.read(self.values[0], self.values[1:], readings, step)
+        return self.fault.read(self.values[0], self.values[1:], readings, step, **self._counted)
 
     def along(
         self, readings: np.ndarray, columns: np.ndarray, step: float, scale: np.ndarray
@@ -52,7 +58,8 @@ class FaultyReading:
             if index is not None:
                 by[number, index] = scale[index]
         strength, shapes = self.values[0], self.values[1:]
-        return self.fault.along(strength, shapes, readings, step, by[0], list(by[1:]), columns)
+        along = by[0], list(by[1:]), columns
+        return self.fault.along(strength, shapes, readings, step, *along, **self._counted)
 
 
 def misread(
@@ -158,9 +165,6 @@ def faulty_readings(
             key = place, law.name, shape.symbol
             # of a record that was never seen nobody knows its own numbers: 0 is as good as any
             numbers.append(known[key] if shape.guess is None else known.get(key, (0.0, None)))
-        found.append(
-            FaultyReading(
-                law, law.fault, tuple(n[0] for n in numbers), tuple(n[1] for n in numbers)
-            )
-        )
+        at, which = tuple(n[0] for n in numbers), tuple(n[1] for n in numbers)
+        found.append(FaultyReading(law, law.fault, at, which, sensor.since))
     return found

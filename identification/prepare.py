@@ -31,6 +31,7 @@ class Sensor:
         times: their times on the record's clock, from the window's start, shape (n,) [s].
         sampling: matrix from the simulation's grid to these samples; None where they coincide.
         before: the same for samples of its interval that lie before these; None where none does.
+        since: how long the channel's record has run at the first of these [s].
     """
 
     channel: Channel
@@ -39,6 +40,7 @@ class Sensor:
     times: np.ndarray
     sampling: csr_matrix | None = None
     before: csr_matrix | None = None
+    since: float = 0.0
 
     @property
     def step(self) -> float:
@@ -296,14 +298,14 @@ def _sensor(
     port = Port(channel.place, channel.quantity, channel.frame)
     inside = (own >= max(times[0], calm) - 1e-9) & (own <= times[-1] + 1e-9)
     values, at = np.asarray(channel.values)[inside], own[inside] - times[0]
+    since = float(own[inside][0] - own[0]) if inside.any() else 0.0
     position = at * rate
     if np.allclose(position, np.arange(len(at)), atol=1e-6):
-        return Sensor(channel, port, values, at)
+        return Sensor(channel, port, values, at, since=since)
     keep = position <= len(times) - 1
     sampling = sampling_matrix(position[keep], padded)
-    return Sensor(
-        channel, port, values[keep], at[keep], sampling, _before(at[keep], 1 / rate, padded)
-    )
+    early = _before(at[keep], 1 / rate, padded)
+    return Sensor(channel, port, values[keep], at[keep], sampling, early, since)
 
 
 def _before(times: np.ndarray, step: float, count: int) -> csr_matrix | None:

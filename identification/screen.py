@@ -240,7 +240,7 @@ def _fault_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
                 own = [s for s in trial.shapes if s.record in (None, prepared.name)]
                 numbers = (0.0, *(shape.value for shape in own))
                 held = (None,) * len(own)
-                faulty = FaultyReading(law, law.fault, numbers, (0, *held))
+                faulty = FaultyReading(law, law.fault, numbers, (0, *held), sensor.since)
                 still, scale = np.zeros((len(seen), 1)), np.array([trial.entry.scale])
                 block[:, column] = faulty.along(seen, still, sensor.step, scale)[:, 0]
             blocks.append(-fit.model.noises[key].whiten(block))

@@ -118,11 +118,14 @@ class Fault:
         along: ``along(strength, shapes, values, step, by_strength, by_shapes, by_values)``:
             derivative of that along k directions, of shapes (k,), one (k,) a shape, and (n, k).
         remembers: whether a reading hangs on what was there before the first sample too.
+        counts: whether a reading hangs on the time since the channel's record began: both take
+            that of the first sample as ``since`` [s], none where the record begins with it.
     """
 
     read: Callable[..., Any]
     along: Callable[..., Any]
     remembers: bool = False
+    counts: bool = False
 
 
 @dataclass(frozen=True)

@@ -9,15 +9,22 @@ import numpy as np
 from ..law import Fault, Law
 
 
-def _read(strength: Any, shapes: Any, values: Any, step: float) -> Any:
-    """Reading ``y + d t`` [unit]."""
-    return values + strength * step * np.arange(len(values))
+def _read(strength: Any, shapes: Any, values: Any, step: float, since: float = 0.0) -> Any:
+    """Reading ``y + d t`` [unit], t from where the channel's record begins."""
+    return values + strength * (since + step * np.arange(len(values)))
 
 
 def _along(
-    strength: Any, shapes: Any, values: Any, step: float, by: Any, by_shapes: Any, moved: Any
+    strength: Any,
+    shapes: Any,
+    values: Any,
+    step: float,
+    by: Any,
+    by_shapes: Any,
+    moved: Any,
+    since: float = 0.0,
 ) -> Any:
-    return moved + step * np.arange(len(values))[:, None] * by
+    return moved + (since + step * np.arange(len(values)))[:, None] * by
 
 
 LAW = Law(
@@ -27,7 +34,7 @@ LAW = Law(
     dimension=(0, 0, -1),
     natural=lambda scales: scales.stretch / (100.0 * scales.time),
     slot="fault",
-    fault=Fault(_read, _along),
+    fault=Fault(_read, _along, counts=True),
     of_channel=True,
     formula="y = y_true + d t",
     sentence="The channel {place} drifts by {value}.",

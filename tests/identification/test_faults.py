@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -44,6 +45,17 @@ def test_what_forgets_begins_with_the_channel():
     np.testing.assert_array_equal(said, one.read(true[EARLY:], STEP))
 
 
+def test_a_drift_counts_from_where_the_record_begins():
+    true, size = readings(900), 1e-6
+    late = [replace(fault("sensor_drift", d), since=EARLY * STEP) for d in (0.2, 0.2 + size)]
+    whole = fault("sensor_drift", 0.2).read(true, STEP)
+    said = [misread([one], true[:EARLY], true[EARLY:], STEP) for one in late]
+    np.testing.assert_allclose(said[0], whole[EARLY:], rtol=0, atol=1e-14)
+    parts = (true[:EARLY], true[EARLY:]), (np.zeros((EARLY, 1)), np.zeros((600, 1)))
+    slope = misread_along(late[:1], *parts, STEP, np.ones(1))[1][:, 0]
+    np.testing.assert_allclose(slope, (said[1] - said[0]) / size, atol=1e-8)
+
+
 @pytest.mark.parametrize("first", ["sensor_lowpass", "sensor_highpass"])
 def test_derivatives_are_those_of_the_readings(first):
     true, by, size = readings(600), np.cos(7 * STEP * np.arange(600)), 1e-6
@@ -74,11 +86,14 @@ def test_a_struck_robot_is_followed_from_before_its_first_sample(tmp_path):
     record = read_record(tmp_path / "records" / "train_03_impact.toml")
     rig = read_rig(tmp_path / "records" / "rig.toml")
     numbers = {name: number.value for name, number in rig.parameters.items()}
-    whole = prepare(record, mechanism_of(rig), numbers)
+    whole, record_step = prepare(record, mechanism_of(rig), numbers), 1.0 / record.sample_rate
     for prepared in (whole, coarser(whole), shortened(whole, whole.count // 2)):
         grid = prepared.step * np.arange(len(prepared.inputs))
         for sensor in prepared.sensors:
             assert sensor.sampling is not None and sensor.before is not None
+            first = sensor.channel.start_time + sensor.since
+            assert sensor.since > 0.0
+            assert first == pytest.approx(whole.start * record_step + sensor.times[0])
             times = np.concatenate([sensor.before @ grid, sensor.sampling @ grid])
             assert -1e-12 <= times[0] < sensor.step
             np.testing.assert_allclose(np.diff(times), sensor.step, rtol=1e-9)
