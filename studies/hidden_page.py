@@ -93,11 +93,17 @@ def write_hidden_page(result: Mapping[str, Any], path: Path) -> Path:
             _curves(result),
             *(_failures(result["cases"], bench) for bench in BENCHES),
             *(_said(result["benches"][bench]["confusion"], bench) for bench in BENCHES),
+            *_undrawn(result["undrawn"]),
             _section("How it was made", *result["protocol"]),
         ],
         "version": result["provenance"]["version"],
     }
     return write_page(page, path)
+
+
+def _undrawn(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """What the bench could not draw, in its words; no section where it drew all."""
+    return [_section("Not drawn", *(row["undrawn"] for row in rows))] if rows else []
 
 
 def _sentence(result: Mapping[str, Any]) -> str:

@@ -239,12 +239,13 @@ def test_the_page_tells_every_case_that_was_not_answered_rightly(tmp_path):
     ]
     benches = {b: tables([one for one in cases if one["bench"] == b]) for b in "AB"}
     result = {"benches": benches, "cases": cases, "protocol": ["A case is a seed."]}
-    result["provenance"] = {"version": "0"}
+    result |= {"provenance": {"version": "0"}, "undrawn": []}
     page = write_hidden_page(result, tmp_path / "page.html").read_text()
     assert "Not answered rightly, bench A: 2" in page and "bench B: 1" in page
     assert "A 17" in page and "40, too weak" in page and "it &lt;broke&gt;" in page
     assert "dry (Coulomb) friction (wrist)" in page and "A 1<" not in page
     assert page.count("<svg") == 0 and page.count("data:image/svg+xml") == 1
+    assert "Not drawn" not in page
 
 
 def test_without_the_bench_the_study_says_so(tmp_path):
@@ -305,6 +306,7 @@ def test_a_case_that_the_bench_cannot_draw_stops_no_run(monkeypatch, tmp_path, c
     assert result["cases"] == [] and result["undrawn"][0]["bench"] == "B"
     assert done(tmp_path / hidden_effect.CASES) == {}
     assert "## Not drawn" in (tmp_path / "hidden_effect.md").read_text()
+    assert "Not drawn" in (tmp_path / "hidden_effect.html").read_text()
     study.show(result)
     assert "expected a case" in capsys.readouterr().out.replace("\n", " ")
 
