@@ -23,6 +23,7 @@ class FaultyReading:
         values: strength, then shapes [SI].
         entries: index of each among a model's entries; None where it is held.
         since: how long the channel's record has run at its first sample that is used [s].
+        gathered: integral over that time of what was read [unit s].
     """
 
     law: Law
@@ -30,10 +31,12 @@ class FaultyReading:
     values: tuple[float, ...]
     entries: tuple[int | None, ...]
     since: float = 0.0
+    gathered: float = 0.0
 
     @property
     def _counted(self) -> dict[str, float]:
-        return {"since": self.since} if self.fault.counts else {}
+        found = {"since": self.since} if self.fault.counts else {}
+        return found | ({"gathered": self.gathered} if self.fault.gathers else {})
 
     def read(self, readings: np.ndarray, step: float) -> np.ndarray:
         """What the channel says of true readings, shape (n,) [unit]."""
@@ -166,5 +169,6 @@ def faulty_readings(
             # of a record that was never seen nobody knows its own numbers: 0 is as good as any
             numbers.append(known[key] if shape.guess is None else known.get(key, (0.0, None)))
         at, which = tuple(n[0] for n in numbers), tuple(n[1] for n in numbers)
-        found.append(FaultyReading(law, law.fault, at, which, sensor.since))
+        past = sensor.since, sensor.gathered
+        found.append(FaultyReading(law, law.fault, at, which, *past))
     return found

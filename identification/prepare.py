@@ -32,6 +32,7 @@ class Sensor:
         sampling: matrix from the simulation's grid to these samples; None where they coincide.
         before: the same for samples of its interval that lie before these; None where none does.
         since: how long the channel's record has run at the first of these [s].
+        gathered: integral over time of what it read before these and `before` [SI times s].
     """
 
     channel: Channel
@@ -41,6 +42,7 @@ class Sensor:
     sampling: csr_matrix | None = None
     before: csr_matrix | None = None
     since: float = 0.0
+    gathered: float = 0.0
 
     @property
     def step(self) -> float:
@@ -301,11 +303,19 @@ def _sensor(
     since = float(own[inside][0] - own[0]) if inside.any() else 0.0
     position = at * rate
     if np.allclose(position, np.arange(len(at)), atol=1e-6):
-        return Sensor(channel, port, values, at, since=since)
+        return Sensor(channel, port, values, at, None, None, since, _gathered(channel, since))
     keep = position <= len(times) - 1
     sampling = sampling_matrix(position[keep], padded)
     early = _before(at[keep], 1 / rate, padded)
-    return Sensor(channel, port, values[keep], at[keep], sampling, early, since)
+    begun = since - (0 if early is None else early.shape[0]) / channel.sample_rate
+    gathered = _gathered(channel, begun)
+    return Sensor(channel, port, values[keep], at[keep], sampling, early, since, gathered)
+
+
+def _gathered(channel: Channel, until: float) -> float:
+    """Integral of what a channel reads in the first so many seconds of its record [SI times s]."""
+    read = channel.values[: max(round(until * channel.sample_rate), 0) + 1]
+    return float(np.trapezoid(read)) / channel.sample_rate
 
 
 def _before(times: np.ndarray, step: float, count: int) -> csr_matrix | None:

@@ -120,12 +120,15 @@ class Fault:
         remembers: whether a reading hangs on what was there before the first sample too.
         counts: whether a reading hangs on the time since the channel's record began: both take
             that of the first sample as ``since`` [s], none where the record begins with it.
+        gathers: whether it hangs on what was read until then: both take the integral of that over
+            time as ``gathered`` [unit s].
     """
 
     read: Callable[..., Any]
     along: Callable[..., Any]
     remembers: bool = False
     counts: bool = False
+    gathers: bool = False
 
 
 @dataclass(frozen=True)

@@ -56,6 +56,21 @@ def test_a_drift_counts_from_where_the_record_begins():
     np.testing.assert_allclose(slope, (said[1] - said[0]) / size, atol=1e-8)
 
 
+def test_a_highpass_has_forgotten_what_was_read_since_the_record_began():
+    true, size = readings(900), 1e-6
+    whole = fault("sensor_highpass", 3.0).read(true, STEP)
+    gathered = float(np.trapezoid(whole[: EARLY + 1])) * STEP
+    late = [
+        replace(fault("sensor_highpass", corner), gathered=gathered) for corner in (3.0, 3.0 + size)
+    ]
+    none = true[:0], np.zeros((0, 1))
+    said = [misread([one], none[0], true[EARLY:], STEP) for one in late]
+    np.testing.assert_allclose(said[0], whole[EARLY:], rtol=0, atol=1e-5)
+    parts = (none[0], true[EARLY:]), (none[1], np.zeros((600, 1)))
+    slope = misread_along(late[:1], *parts, STEP, np.ones(1))[1][:, 0]
+    np.testing.assert_allclose(slope, (said[1] - said[0]) / size, atol=1e-8)
+
+
 @pytest.mark.parametrize("first", ["sensor_lowpass", "sensor_highpass"])
 def test_derivatives_are_those_of_the_readings(first):
     true, by, size = readings(600), np.cos(7 * STEP * np.arange(600)), 1e-6
@@ -94,6 +109,12 @@ def test_a_struck_robot_is_followed_from_before_its_first_sample(tmp_path):
             first = sensor.channel.start_time + sensor.since
             assert sensor.since > 0.0
             assert first == pytest.approx(whole.start * record_step + sensor.times[0])
+            shown = sensor.channel.start_time + np.arange(len(sensor.channel.values)) * (
+                1.0 / sensor.channel.sample_rate
+            )
+            ago = shown < whole.start * record_step + (sensor.before @ grid)[0] + 1e-9
+            gathered = np.trapezoid(sensor.channel.values[ago], shown[ago])
+            assert sensor.gathered == pytest.approx(gathered, abs=1e-12)
             times = np.concatenate([sensor.before @ grid, sensor.sampling @ grid])
             assert -1e-12 <= times[0] < sensor.step
             np.testing.assert_allclose(np.diff(times), sensor.step, rtol=1e-9)
