@@ -115,3 +115,22 @@ def on_bounds(fit: Fit, within: float = 0.0) -> tuple[str, ...]:
         if fit.value(i) - entry.low < room or entry.high - fit.value(i) < room:
             found.append(entry.label)
     return tuple(found)
+
+
+def held_back(fit: Fit, jacobian: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """Which unknowns stand on a bound that the records would have them cross, shape (n,).
+
+    Args:
+        fit: at its minimum.
+        jacobian: there, shape (m, n) [-].
+        residual: there, shape (m,) [-].
+
+    Source: the conditions of Karush, Kuhn and Tucker; tests/identification/test_evidence.py.
+    """
+    slope = jacobian.T @ residual
+    found = np.zeros(len(fit.x), bool)
+    for index, entry in enumerate(fit.model.entries):
+        value, room = fit.value(index), ON_BOUND * abs(entry.scale)
+        low = value - entry.low < room and slope[index] > 0
+        found[index] = low or (entry.high - value < room and slope[index] < 0)
+    return found

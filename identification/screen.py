@@ -16,6 +16,7 @@ from ..model.plant import numbers_vector
 from ..model.respond import force_responses, pushed_tangents
 from .causes import numbers_at, possible_causes
 from .drive_error import estimated_errors
+from .evidence import held_back
 from .faults import DRIVE, FaultyReading, felt, misread_along, told_motion
 from .fit import Fit
 from .free import Entry, law_entry, own_shapes, shape_entries
@@ -113,7 +114,8 @@ def _natural(law: Law, scales: Scales) -> float:
 def screen(fit: Fit, causes: Sequence[Cause] | None = None) -> list[Candidate]:
     """Score (Lagrange multiplier) test of every possible cause.
 
-    One Jacobian column each, projected off the columns of everything that is fitted.
+    One Jacobian column each, projected off the columns of everything that is fitted. What stands
+    on a bound, and is pushed beyond it, takes nothing up.
 
     Args:
         fit: converged, with its noise law.
@@ -127,7 +129,7 @@ def screen(fit: Fit, causes: Sequence[Cause] | None = None) -> list[Candidate]:
     model = fit.model
     causes = possible_causes(fit) if causes is None else list(causes)
     residual = model.residual(fit.x)
-    basis = np.linalg.qr(model.jacobian(fit.x))[0] if len(fit.x) else np.zeros((len(residual), 0))
+    basis = _taken_up(fit, residual)
     trials = [trial for cause in causes for trial in trials_of(fit, cause)]
     columns = np.zeros((len(residual), len(trials)))
     for which, block in _columns(fit, trials):
@@ -145,6 +147,14 @@ def screen(fit: Fit, causes: Sequence[Cause] | None = None) -> list[Candidate]:
         for cause, found in best.items()
     ]
     return sorted(several, key=lambda candidate: -candidate.gain)
+
+
+def _taken_up(fit: Fit, residual: np.ndarray) -> np.ndarray:
+    """Orthonormal directions of the residual that what is fitted takes up, shape (m, k) [-]."""
+    if not len(fit.x):
+        return np.zeros((len(residual), 0))
+    jacobian = fit.model.jacobian(fit.x)
+    return np.linalg.qr(jacobian[:, ~held_back(fit, jacobian, residual)])[0]
 
 
 @dataclass(frozen=True)
@@ -240,7 +250,8 @@ def _fault_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
                 own = [s for s in trial.shapes if s.record in (None, prepared.name)]
                 numbers = (0.0, *(shape.value for shape in own))
                 held = (None,) * len(own)
-                faulty = FaultyReading(law, law.fault, numbers, (0, *held), sensor.since)
+                past = sensor.since, sensor.gathered
+                faulty = FaultyReading(law, law.fault, numbers, (0, *held), *past)
                 still, scale = np.zeros((len(seen), 1)), np.array([trial.entry.scale])
                 block[:, column] = faulty.along(seen, still, sensor.step, scale)[:, 0]
             blocks.append(-fit.model.noises[key].whiten(block))

@@ -20,6 +20,8 @@ LAW = Law(
     dimension=(1, -1, 1),
     natural=lambda scales: scales.force / scales.rate,
     force=force,
+    signed=False,
+    dissipative=True,
     replaces="damping",
     formula="f = c v",
     sentence="The {place} has viscous damping of {value} that the model lacks.",

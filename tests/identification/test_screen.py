@@ -66,6 +66,21 @@ def test_columns_are_projected_off_everything_that_is_fitted(weak, seen):
         assert np.abs(basis.T @ candidate.column).max() < 1e-6, candidate.name
 
 
+def test_what_stands_on_its_bound_takes_nothing_up(tmp_path):
+    bench = make_bench(tmp_path, held=())
+    numbers = dict(bench.rig.parameters)
+    name = "links.spring.damping"
+    numbers[name] = replace(numbers[name], value=0.11, low=0.05, high=0.12)
+    problem = make_problem(bench.records, replace(bench.rig, parameters=numbers))
+    fit = fit_base(problem)
+    assert fit.value(fit.index(name)) == pytest.approx(0.12, rel=1e-3)
+    seen = {one.name: one for one in screen(fit)}
+    drag = seen["spring/quadratic_damping"]
+    kept = fit.cost - extend(fit, drag, 25).cost
+    assert kept > 50.0, "drag makes up for a part of what is missing"
+    assert drag.gain == pytest.approx(kept, rel=0.2)
+
+
 def test_one_sided_laws_promise_nothing_on_their_wrong_side(clean_fit, weak):
     wrong = 0
     for fit in (clean_fit, weak):

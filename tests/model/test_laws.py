@@ -211,7 +211,7 @@ def test_a_dissipative_law_never_feeds_energy(name, stretch, rate, share):
     assert np.all(push * rate >= 0)
 
 
-@pytest.mark.parametrize("name", ["coulomb_friction", "quadratic_damping"])
+@pytest.mark.parametrize("name", ["coulomb_friction", "linear_damping", "quadratic_damping"])
 def test_friction_and_drag_are_declared_dissipative_and_one_signed(name):
     assert FORCES[name].dissipative and not FORCES[name].signed
 
