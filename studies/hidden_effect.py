@@ -61,7 +61,8 @@ PROTOCOL = (
     "The strength that is told is compared where the bench means the same number: not for laws of "
     "a sleeve, nor of the shaft of finite elements, nor where a law's form is another one.",
     "What an extension could take away of a held-out error at most is what lies beyond the noise.",
-    "Every eighth case hides two effects; of the others a quarter hides none.",
+    "Every eighth case hides two effects; of the others a quarter hides none. Whether each of two "
+    "is detectable is asked of its twin that has the other.",
     f"Records stand {USUAL_DECIBELS:g} dB above their noise; of sixteen cases one 40 dB and one "
     "20 dB. These count in their own rows and among the clean ones, nowhere else.",
     "Where two causes are told to be alike, the best of the proposed tests at another amplitude is "
@@ -295,7 +296,7 @@ def _truth(truth: Mapping[str, Any]) -> dict[str, Any]:
     """What is kept of the truth, and whether the library has a law of each cause's name."""
     from ..model.law import library
 
-    keys = ("law", "place", "places", "strength", "size", "other", "gain")
+    keys = ("law", "place", "places", "strength", "size", "other", "gain", "power")
     causes = [{key: cause.get(key) for key in keys} for cause in truth["causes"]]
     return {
         "model": truth["model"],

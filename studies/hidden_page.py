@@ -30,7 +30,7 @@ LINES = {
     "law taken out of the library: wrongly named": ("without", "named_wrongly"),
     "law taken out: unknown": ("without", "unknown"),
     "law taken out: unknown, and at its place": ("without", "unknown_and_placed"),
-    "two effects: both named": ("several_all_right",),
+    "two effects, each detectable: both named": ("several_all_right",),
     "two effects: nothing wrong named": ("several_none_wrong",),
     "two effects: no third one named": ("several_no_more",),
     "told to be alike: right after the proposed test": ("after_next_test",),

@@ -136,7 +136,7 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
         "without": _without(usual),
         "strength": _strengths(found),
         "gains_most": _share([r for r in found if r["nrmse_before"] is not None], gains_most),
-        "several_all_right": _share(several, _right),
+        "several_all_right": _share(filter(_each_detectable, several), _right),
         "several_none_wrong": _share(several, none_wrong),
         "several_no_more": _share(several, lambda row: len(named(row)) <= len(row["truth"])),
         "after_next_test": _after_next_test(rows),
@@ -151,6 +151,11 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
 def sure(row: Row) -> bool:
     """Whether a case hides one effect that could be found, by a law that the library has."""
     return len(row["truth"]) == 1 and row["known"] and row["power"]["detectable"]
+
+
+def _each_detectable(row: Row) -> bool:
+    """Whether each of the effects could be found beside the others."""
+    return all(truth["power"]["detectable"] for truth in row["truth"])
 
 
 def _by_noise(rows: Sequence[Row]) -> dict[str, Any]:

@@ -166,12 +166,7 @@ def _write(out: Path, club: Club, runs, motions, hidden, told, rng, facts) -> di
     clean = [
         channels(club, run, structure, moved) for run, moved in zip(runs, motions, strict=True)
     ]
-    changed = clean
-    if hidden:
-        pairs = [carry_out(club, run, hidden) for run in runs]
-        changed = [
-            channels(club, run, *pair, hidden) for run, pair in zip(runs, pairs, strict=True)
-        ]
+    changed = _shown(club, runs, hidden) if hidden else clean
     noise = [
         _levels(club, run, table, told["snr_db"]) for run, table in zip(runs, clean, strict=True)
     ]
@@ -188,8 +183,18 @@ def _write(out: Path, club: Club, runs, motions, hidden, told, rng, facts) -> di
         for run, std in zip(runs, noise, strict=True)
     ]
     truth["power"] = _power(club, runs, clean, changed, noise) if hidden else None
+    for cause, own in zip(hidden, truth["causes"], strict=True):
+        others = [one for one in hidden if one is not cause]
+        beside = _shown(club, runs, others) if others else clean
+        own["power"] = _power(club, runs, beside, changed, noise) if others else truth["power"]
     (out / "truth.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
     return truth
+
+
+def _shown(club: Club, runs, hidden: list[Hidden]) -> list[dict[str, np.ndarray]]:
+    """What the instruments write of each run with these causes, without noise [SI]."""
+    moved = [carry_out(club, run, hidden) for run in runs]
+    return [channels(club, run, *one, hidden) for run, one in zip(runs, moved, strict=True)]
 
 
 def _power(club, runs, clean, changed, noise) -> dict:

@@ -38,6 +38,7 @@ def row(status="named", said=(), truth=(), bench="A", norm=200.0, known=True, **
         for law, place in truth
     ]
     power = {"projected_norm": norm, "detectable": norm > 100, "strong": norm > 300}
+    hidden = [cause | {"power": power} for cause in hidden]
     power = power if truth else None
     base = {"bench": bench, "seed": 1, "noise": "white", "model": "pinned_wrist"}
     base |= {"nrmse_before": 0.2, "nrmse_after": 0.03, "noise_floor": 0.02, "seconds": 4.0}
@@ -124,8 +125,10 @@ def test_tables_count_what_is_there():
         row("named", [FRICTION], [FRICTION, CUBIC]),
         row("named", [CUBIC, FRICTION], [FRICTION, CUBIC]),
     ]
-    both = tables([*two, row("named", [("slip", "sleeve"), CUBIC], [FRICTION, CUBIC])])
-    assert (both["several_all_right"]["hits"], both["several_none_wrong"]["hits"]) == (1, 2)
+    unseen = row("named", [FRICTION], [FRICTION, CUBIC])
+    unseen["truth"][1]["power"] = unseen["power"] | {"detectable": False}
+    both = tables([*two, unseen, row("named", [("slip", "sleeve"), CUBIC], [FRICTION, CUBIC])])
+    assert (both["several_all_right"]["hits"], both["several_none_wrong"]["hits"]) == (1, 3)
     assert both["several_all_right"]["count"] == 3
     sure = calibration(rows)[-1]
     assert (sure["hits"], sure["count"]) == (1, 3)
