@@ -210,10 +210,7 @@ def held_out(fit: Fit, problem: Problem) -> HeldOut:
     entries = tuple(own)
     fixed = tuple(shared.values())
     model = Model(problem, entries, fit.model.causes, rough_noise(problem), fixed=fixed)
-    x = np.array([entry.value / entry.scale for entry in entries])
-    near = opening_model(model)
-    for horizon in (0.3, 1.0, np.inf):
-        x = solve(replace(near, horizon=horizon), x, 20).x
+    x = _opened(model)
     if any(entry.slot == "numbers" for entry in entries):
         x = grown(model, x, 20).x
     found = _told_motions(solve(model, x, 0))
@@ -227,6 +224,26 @@ def held_out(fit: Fit, problem: Problem) -> HeldOut:
             noises[key] = found.judged[key][0].marginal_std
             means[key] = float(np.mean(np.abs(gap)) / np.max(np.abs(sensor.values)))
     return HeldOut(found, errors, sizes, noises, means)
+
+
+def _opened(model: Model) -> np.ndarray:
+    """Scaled unknowns [-] of records' own numbers that fit their openings.
+
+    Where a law acts, the way to them may end elsewhere: then from what is found without it, too.
+    """
+    x = np.array([entry.value / entry.scale for entry in model.entries])
+    near = opening_model(model)
+    null = tuple((e, 0.0 if e.slot == "strengths" else value) for e, value in near.fixed)
+    ways = [near]
+    if any(e.slot == "strengths" and value != 0.0 for e, value in near.fixed):
+        ways.append(replace(near, fixed=null))
+    found = []
+    for way in ways:
+        at = x
+        for horizon in (0.3, 1.0, np.inf):
+            at = solve(replace(way, horizon=horizon), at, 20).x
+        found.append(solve(near, at, 0 if way is near else 20))
+    return min(found, key=lambda one: one.cost).x
 
 
 def _own_of_laws(fit: Fit, problem: Problem) -> list[Entry]:
