@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import supple.identification.extend as extend_module
 from supple.identification.extend import (
     RUNS_AWAY,
     calmed,
@@ -55,6 +56,24 @@ def test_what_comes_after_the_opening_changes_no_forecast(softening_fit, unseen)
         gap = np.max(np.abs(plain.fit.predicted[key] - other.fit.predicted[key]))
         assert gap < 0.03 * size, "only the zero's prior width knows the record's largest value"
         assert other.errors[key] > 10 * plain.sizes[key]
+
+
+def test_a_forecast_that_ends_elsewhere_begins_again_without_the_law(
+    softening_diagnosis, unseen, monkeypatch
+):
+    fit = softening_diagnosis.final
+    right = held_out(fit, unseen)
+
+    def astray(model, x, evaluations, *rest):
+        """Descends rightly only where no law acts, or from near the minimum."""
+        acts = any(e.slot == "strengths" and value != 0.0 for e, value in model.fixed)
+        begun = np.array([e.value / e.scale for e in model.entries])
+        stuck = acts and np.allclose(x, begun)
+        return solve(model, begun, 0) if stuck else solve(model, x, evaluations, *rest)
+
+    monkeypatch.setattr(extend_module, "solve", astray)
+    found = held_out(fit, unseen)
+    assert found.nrmse == pytest.approx(right.nrmse, rel=0.02)
 
 
 def test_shared_constants_are_held(softening_fit, unseen):
