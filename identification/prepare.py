@@ -307,7 +307,7 @@ def _sensor(
     keep = position <= len(times) - 1
     sampling = sampling_matrix(position[keep], padded)
     early = _before(at[keep], 1 / rate, padded)
-    begun = since - (0 if early is None else early.shape[0]) / channel.sample_rate
+    begun = since - (0 if early is None else (len(early.indptr) - 1)) / channel.sample_rate
     gathered = _gathered(channel, begun)
     return Sensor(channel, port, values[keep], at[keep], sampling, early, since, gathered)
 
