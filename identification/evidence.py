@@ -125,7 +125,7 @@ def held_back(fit: Fit, jacobian: np.ndarray, residual: np.ndarray) -> np.ndarra
         jacobian: there, shape (m, n) [-].
         residual: there, shape (m,) [-].
 
-    Source: the conditions of Karush, Kuhn and Tucker; tests/identification/test_evidence.py.
+    Source: the conditions of Karush, Kuhn and Tucker; tests/identification/test_screen.py.
     """
     slope = jacobian.T @ residual
     found = np.zeros(len(fit.x), bool)

@@ -71,7 +71,7 @@ def test_a_sleeve_that_relaxes_may_be_a_sleeve_of_another_damping(tmp_path):
 
 
 def test_each_of_two_effects_is_asked_for_beside_the_other(tmp_path):
-    """A gain within its tolerance is seen of no channel, whatever else is hidden."""
+    """The first alone is large; the second is measured against the twin that has the first."""
     truth = draw_sealed(
         tmp_path, "A", 98311, effects=2, law="sensor_offset", place="head_acc", strength=0.3,
         model="fixed_collet", noise="white", train=1, held_out=0, samples=1024,
