@@ -400,7 +400,10 @@ def test_a_test_made_again_is_as_much_further_and_leaves_the_others(tmp_path):
     first = draw_sealed(tmp_path / "a", **case, place="shaft", samples=512)
     name = first["records"][0]["name"]
     more = draw_sealed(tmp_path / "b", **case, place="shaft", samples=512, again=f"{name}:2")
-    assert more["causes"] == first["causes"] and more["constants"] == first["constants"]
+    before, after = ([dict(c) for c in told["causes"]] for told in (first, more))
+    less, greater = (c[0].pop("power")["projected_norm"] for c in (before, after))
+    assert after == before and more["constants"] == first["constants"]
+    assert greater > less > 0.0  # what a cause changes is of the records, and one more came
     assert more["records"][:3] == first["records"]
     last = more["records"][3]
     assert last["split"] == "train" and last["kind"] == first["records"][0]["kind"]
