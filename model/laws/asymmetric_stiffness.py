@@ -10,9 +10,12 @@ from ..law import Law, Place
 
 
 def force(strength: Any, stretch: Any, rate: Any, place: Place) -> Any:
-    """Force ``k_a |d|``, its corner rounded [N or N m]."""
-    width = place.stretch_width
-    return strength * (jnp.sqrt(stretch * stretch + width * width) - width)
+    """Force ``k_a |d|``, its corner rounded by ``d tanh(d / width)`` [N or N m].
+
+    Beyond the corner that is ``|d|`` itself. A hyperbola through zero stays below it by the width
+    wherever the motion is: a steady force, which records of any length show.
+    """
+    return strength * stretch * jnp.tanh(stretch / place.stretch_width)
 
 
 LAW = Law(

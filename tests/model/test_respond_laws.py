@@ -32,7 +32,7 @@ def law_force(name: str, strength: float, d: float, v: float) -> float:
     width, slow = WIDTHS[0]
     k = CART_NUMBERS["links.spring.stiffness"]
     return {
-        "asymmetric_stiffness": lambda: strength * (np.hypot(d, width) - width),
+        "asymmetric_stiffness": lambda: strength * d * np.tanh(d / width),
         "clearance": lambda: (
             -k / 2 * (np.hypot(d + strength, width) - np.hypot(d - strength, width))
         ),
