@@ -91,6 +91,7 @@ def without_spikes(record: Record) -> Record:
     """The record with spikes of its responses taken for what their neighbours say, and a warning.
 
     One sample in a hundred that is ten times the noise off doubles its power, and hides as much.
+    Where the start is told, a blow may be as short as a sample: until then nothing is a spike.
 
     Args:
         record: as read at the door.
@@ -104,6 +105,7 @@ def without_spikes(record: Record) -> Record:
     words: list[str] = []
     for channel in record.channels:
         spikes = spikes_of(channel.values) if channel.role == "response" else np.zeros(0, bool)
+        spikes[: _until(record, channel)] = False
         if not spikes.any():
             continue
         values = channel.values.copy()
@@ -116,6 +118,14 @@ def without_spikes(record: Record) -> Record:
         return record
     channels = tuple(changed.get(channel.name, channel) for channel in record.channels)
     return replace(record, channels=channels, warnings=(*record.warnings, *words))
+
+
+def _until(record: Record, channel: Channel) -> int:
+    """How many samples of a channel are of what happened until the start that is told [-]."""
+    at = record.start.get("at")
+    if at is None:
+        return 0
+    return max(int((at - channel.start_time) * channel.sample_rate) + REACH, 0)
 
 
 def _words(record: str, channel: str, times: Sequence[float] | np.ndarray) -> str:

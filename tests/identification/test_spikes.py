@@ -69,6 +69,18 @@ def test_a_record_says_what_was_taken_for_something_else(tmp_path):
     assert "1 sample stands out alone" in words and first.name in words
 
 
+def test_a_blow_of_one_sample_is_kept_where_the_start_is_told(tmp_path):
+    """What a channel that forgets has read hangs on it: a blow is a change of speed."""
+    record = make_bench(tmp_path, held=()).records[0]
+    first = record.channels[0]
+    values = first.values.copy()
+    values[[150, 300]] += 100 * np.std(np.diff(values, 3))
+    told = {**record.start, "at": 149.5 / first.sample_rate + first.start_time}
+    channels = (replace(first, values=values), *record.channels[1:])
+    mended = without_spikes(replace(record, channels=channels, start=told))
+    assert np.flatnonzero(mended.channels[0].values != values).tolist() == [300]
+
+
 def test_spikes_do_not_hide_a_verdict(tmp_path):
     """One sample in a hundred, ten times the noise: the same law, the same strength."""
     bench = make_bench(tmp_path, [("cubic_stiffness", -3000.0)])
