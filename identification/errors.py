@@ -45,6 +45,9 @@ def covariance_of(
     records do not object to its neighbours: errors are those of the widest place that is reached
     within a standard deviation at a time.
 
+    What an instrument's tolerance leaves open is the same in all its records, and does not average
+    out over them.
+
     Args:
         model: what was fitted.
         best: scaled unknowns, shape (d,) [-].
@@ -120,13 +123,34 @@ def covariance_at(model: Model, x: np.ndarray, misfits: Mapping[Key, Misfit]) ->
             else:
                 middle += _coloured(part, residual[low:high])
             low = high
-    middle += jacobian[low:].T @ jacobian[low:]
+    priors = jacobian[low:]
+    middle += priors.T @ priors
     covariance = inverse @ middle @ inverse
     covariance = _grown(covariance, np.diag(inverse @ uneven @ inverse))
+    more = inverse @ priors.T @ _shared_errors(model) @ priors @ inverse
+    covariance = _grown(covariance, np.diag(more))
     honest = all(misfit.p_value > SHOWN for misfit in misfits.values())
     if not honest and len(model.problem.records) > 2:
         covariance = _scattered(model, covariance, inverse, jacobian, residual)
     return covariance
+
+
+KEPT = ("gain", "delay", "offset")
+"""Errors that an instrument keeps from record to record."""
+
+
+def _shared_errors(model: Model) -> np.ndarray:
+    """Covariance of what pulls two priors off their centres, less the identity, in their units [-].
+
+    Every record has its own gain, delay and zero of a channel, each with a prior. One instrument
+    errs alike in all of them: its error does not average out over records, and the prior of each
+    record alone would say that it does.
+    """
+    entries = [entry for entry in model.entries if np.isfinite(entry.prior)]
+    names = [entry.name if entry.slot in KEPT and entry.record else "" for entry in entries]
+    alike = np.array([[a == b != "" for b in names] for a in names], dtype=float)
+    np.fill_diagonal(alike, 0.0)
+    return alike.reshape(len(entries), len(entries))
 
 
 def _scattered(

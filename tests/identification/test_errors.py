@@ -1,5 +1,6 @@
 """Errors where the noise is louder when the motion is larger: as wide as the scatter of fits."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from supple.identification import errors
 from supple.identification.fit import Fit, fit_base
 from supple.identification.problem import make_problem
-from tests.identification.benches import DAMPING, make_bench
+from tests.identification.benches import DAMPING, STIFFNESS, make_bench
 
 SETS = 30
 
@@ -58,3 +59,23 @@ def test_even_noise_hardly_does(tmp_path, even):
         ratio = np.sqrt(np.diag(own) / np.diag(bare))
         assert np.all(ratio >= 1.0 - 1e-12) and np.median(ratio) < 1.1
         assert np.all(np.linalg.eigvalsh(own) > 0)
+
+
+def test_a_gain_that_an_instrument_keeps_does_not_average_out(tmp_path):
+    """Four records of a channel that reads a standard deviation too much: the stiffness is off so."""
+    reaches = (1.0, 0.8, 0.6, 0.4)
+    free = ("masses.cart.mass", "links.spring.stiffness", "links.spring.damping")
+    bench = make_bench(tmp_path, (), reaches, (), free=free, driven=True, snr_db=60.0)
+    records = []
+    for record in bench.records:
+        channels = (
+            replace(one, values=1.01 * one.values, tolerance={"gain": 0.01})
+            if one.name == "see_cart"
+            else one
+            for one in record.channels
+        )
+        records.append(replace(record, channels=tuple(channels)))
+    fit = fit_base(make_problem(records, bench.rig))
+    at = fit.index("links.spring.stiffness")
+    assert fit.value(at) == pytest.approx(STIFFNESS / 1.01, rel=2e-3)
+    assert fit.std(at) / fit.value(at) == pytest.approx(0.01, rel=0.15)
