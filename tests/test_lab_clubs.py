@@ -27,8 +27,8 @@ from tests.lab.clubs import MODELS, as_lumped, clamped_check, draw_scattered_clu
 from tests.lab.finite import CLUB, STATIONS, clamped, finite_club, line
 from tests.lab.gauges import Fault, faulty
 from tests.lab.march import Loads, Start, exact, held_start, march
-from tests.lab.runs import carry_out, channels, draw_run
-from tests.lab.sealed import draw_sealed
+from tests.lab.runs import SUBSTEPS, carry_out, channels, draw_run
+from tests.lab.sealed import draw_sealed, sampled
 from tests.lab.structure import Springs, Structure
 
 RATE = 2048.0
@@ -421,6 +421,16 @@ def test_a_test_made_again_is_as_much_further_and_leaves_the_others(tmp_path):
     for words in ("train_09_decay:2", f"{name}:0", name):
         with pytest.raises(ValueError, match="expected NAME:FACTOR"):
             draw_sealed(tmp_path / "c", **case, samples=512, again=words)
+
+
+def test_a_recorded_blow_has_the_impulse_of_the_true_one():
+    club = draw_scattered_club(np.random.default_rng(3), "A", "fixed_collet")
+    blows = (draw_run(club, "impact", 1.0, np.random.default_rng(seed)) for seed in range(20))
+    fine = next(blow for blow in blows if blow.told_force).loads.force
+    told = sampled(fine, SUBSTEPS)
+    true = float(np.sum(fine)) / SUBSTEPS
+    assert len(told) == club.count and abs(np.sum(told) / true - 1) < 2e-4
+    assert abs(np.sum(fine[::SUBSTEPS]) / true - 1) > 4e-3  # bare samples lose some of it
 
 
 @pytest.mark.parametrize("model", MODELS)

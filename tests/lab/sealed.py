@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from scipy.signal import resample_poly
 
 from . import noise as noises
 from .causes import ALSO, CAUSES, WEAKEST, Hidden, draw_cause, possible
@@ -254,7 +255,7 @@ def _write_run(folder: Path, club: Club, run: Run, table, std, told, rng) -> Non
             own[gauge.name] = in_file(gauge, values + spread)
         tables |= _channel_tables(club, run, gauge, shift)
     if run.told_force:
-        own["hammer"] = run.loads.force[:: (len(run.loads.force) - 1) // (club.count - 1)]
+        own["hammer"] = sampled(run.loads.force, (len(run.loads.force) - 1) // (club.count - 1))
         tables["channels.hammer"] = {"column": "hammer", "unit": "N", "role": "input"}
         tables["channels.hammer"] |= {"quantity": "force", "place": "clubhead"}
     if run.told_at:
@@ -267,6 +268,14 @@ def _write_run(folder: Path, club: Club, run: Run, table, std, told, rng) -> Non
         _write_table(folder / f"{run.name}_robot.csv", "time_s", times, robot)
     text = "\n\n".join(toml_table(key, entries) for key, entries in tables.items())
     (folder / f"{run.name}.toml").write_text(text + "\n", encoding="utf-8")
+
+
+def sampled(fine: np.ndarray, every: int) -> np.ndarray:
+    """Every so many values of a force [N], after the filter against aliasing that any sampler has.
+
+    Bare samples of a half sine have a half per cent less impulse than the blow, by its kinks.
+    """
+    return np.asarray(resample_poly(fine, 1, every))
 
 
 def _channel_tables(
