@@ -6,6 +6,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from supple.identification import trial as trying
 from supple.identification.noise import choose_noise
 from supple.identification.screen import Candidate
 from supple.identification.trial import (
@@ -80,6 +81,24 @@ def test_the_best_law_is_tried_at_every_place_that_is_open():
     assert [c.name for c in chosen] == ["shaft/hysteresis", "wrist/clearance", "sleeve/hysteresis"]
     alone = with_other_places(worth[:1], [*worth, *faint], 2)
     assert [c.name for c in alone] == ["shaft/hysteresis", "sleeve/hysteresis"]
+
+
+@pytest.mark.parametrize(("there", "taken"), [(900.0, True), (995.0, False), (1100.0, False)])
+@pytest.mark.parametrize("far", [True, False])
+def test_a_law_is_fitted_from_the_rig_too(monkeypatch, far, there, taken):
+    """A sleeve that had locked itself where a wrist's law was missing stayed so with the law."""
+    model = SimpleNamespace(causes=[])
+    here = SimpleNamespace(model=model, x=np.zeros(2), cost=1000.0)
+
+    def begun(model: Any, x: np.ndarray, evaluations: int) -> Any:
+        assert x.tolist() == [1.0, 1.0], "from what the rig says"
+        return SimpleNamespace(model=model, x=x, cost=there)
+
+    monkeypatch.setattr(trying, "settle", lambda fit, at_last: fit)
+    monkeypatch.setattr(trying, "worst_ratio", lambda fit: 1.0)
+    monkeypatch.setattr(trying, "told_start", lambda model, x: x + 1.0)
+    monkeypatch.setattr(trying, "grown" if far else "solve", begun)
+    assert (trying.settled(cast(Any, here), far) is not here) == taken
 
 
 def test_only_laws_with_corners_are_tried_with_sharper_ones():
