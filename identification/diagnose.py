@@ -54,6 +54,7 @@ from .trial import (
     interval,
     limit_of,
     outdone,
+    retold,
     settled,
 )
 from .weighing import with_laws
@@ -315,7 +316,7 @@ class _Search:
 
     def _accept(self, trials: list[Trial], rivals: list[Trial]) -> None:
         last = trials[-1]
-        fit = polished(last.fit)
+        fit = polished(retold(last.fit))
         if fit is not last.fit:
             trials = [*trials[:-1], replace(last, fit=fit, held=self._foretell(fit))]
         self.accepted += trials

@@ -62,7 +62,7 @@ def test_even_noise_hardly_does(tmp_path, even):
 
 
 def test_a_gain_that_an_instrument_keeps_does_not_average_out(tmp_path):
-    """Four records of a channel that reads a standard deviation too much: the stiffness is off so."""
+    """Four records of a channel that reads one standard deviation too much: so is the stiffness."""
     reaches = (1.0, 0.8, 0.6, 0.4)
     free = ("masses.cart.mass", "links.spring.stiffness", "links.spring.damping")
     bench = make_bench(tmp_path, (), reaches, (), free=free, driven=True, snr_db=60.0)

@@ -84,21 +84,21 @@ def test_the_best_law_is_tried_at_every_place_that_is_open():
 
 
 @pytest.mark.parametrize(("there", "taken"), [(900.0, True), (995.0, False), (1100.0, False)])
-@pytest.mark.parametrize("far", [True, False])
-def test_a_law_is_fitted_from_the_rig_too(monkeypatch, far, there, taken):
+@pytest.mark.parametrize("dominated", [True, False])
+def test_an_accepted_law_is_fitted_from_the_rig_too(monkeypatch, dominated, there, taken):
     """A sleeve that had locked itself where a wrist's law was missing stayed so with the law."""
-    model = SimpleNamespace(causes=[])
-    here = SimpleNamespace(model=model, x=np.zeros(2), cost=1000.0)
+    here = SimpleNamespace(model=None, x=np.zeros(2), cost=1000.0)
 
     def begun(model: Any, x: np.ndarray, evaluations: int) -> Any:
         assert x.tolist() == [1.0, 1.0], "from what the rig says"
         return SimpleNamespace(model=model, x=x, cost=there)
 
     monkeypatch.setattr(trying, "settle", lambda fit, at_last: fit)
-    monkeypatch.setattr(trying, "worst_ratio", lambda fit: 1.0)
+    monkeypatch.setattr(trying, "worst_ratio", lambda fit: 20.0 if dominated else 1.0)
     monkeypatch.setattr(trying, "told_start", lambda model, x: x + 1.0)
-    monkeypatch.setattr(trying, "grown" if far else "solve", begun)
-    assert (trying.settled(cast(Any, here), far) is not here) == taken
+    monkeypatch.setattr(trying, "solve", begun)
+    found = trying.retold(cast(Any, here))
+    assert (found is not here) == (taken and not dominated)
 
 
 def test_only_laws_with_corners_are_tried_with_sharper_ones():

@@ -268,7 +268,7 @@ def test_an_asymmetric_spring_is_stiffer_one_way():
 def test_the_rounded_corner_of_an_asymmetric_spring_leaves_the_rest_alone():
     law, place = FORCES["asymmetric_stiffness"], Place(100.0, 1.0, 0.01, 0.01)
     stretch = np.linspace(-1.0, 1.0, 4001)
-    found = np.asarray(law.force(5.0, stretch, 0 * stretch, place))
+    found = np.asarray(force(law, 5.0, stretch, 0 * stretch, place))
     missing = 5.0 * np.abs(stretch) - found
     assert found[2000] == 0.0 and np.all(missing >= 0.0)
     assert np.max(missing[np.abs(stretch) > 0.05]) < 1e-3 * 5.0 * 0.01  # no steady force is left
