@@ -91,7 +91,7 @@ def without_spikes(record: Record) -> Record:
     """The record with spikes of its responses taken for what their neighbours say, and a warning.
 
     One sample in a hundred that is ten times the noise off doubles its power, and hides as much.
-    Where the start is told, a blow may be as short as a sample: until then nothing is a spike.
+    Where the start is told, a blow may last one sample: there and before nothing is a spike.
 
     Args:
         record: as read at the door.
@@ -121,7 +121,7 @@ def without_spikes(record: Record) -> Record:
 
 
 def _until(record: Record, channel: Channel) -> int:
-    """How many samples of a channel are of what happened until the start that is told [-]."""
+    """How many samples of a channel may be of a blow or a release, and before, where told [-]."""
     at = record.start.get("at")
     if at is None:
         return 0

@@ -273,7 +273,7 @@ def _write_run(folder: Path, club: Club, run: Run, table, std, told, rng) -> Non
 def sampled(fine: np.ndarray, every: int) -> np.ndarray:
     """Every so many values of a force [N], after the filter against aliasing that any sampler has.
 
-    Bare samples of a half sine have a half per cent less impulse than the blow, by its kinks.
+    Bare samples of a half sine have 0.6 % less impulse than the blow, by its kinks.
     """
     return np.asarray(resample_poly(fine, 1, every))
 
