@@ -181,9 +181,18 @@ def retold(fit: Fit) -> Fit:
 
     Source: tests/identification/test_trial.py.
     """
-    if worst_ratio(fit) > DOMINATED:
-        return fit  # costs say little there
-    return _better(fit, solve(fit.model, told_start(fit.model, fit.x), 40))
+    told = solve(fit.model, told_start(fit.model, fit.x), 40)
+    if worst_ratio(fit) <= DOMINATED:
+        return _better(fit, told)
+    if _left(told) >= _left(fit):  # costs say little there
+        return fit
+    told = settle(told, at_last=False)
+    return told if _left(told) < QUIETER * _left(fit) else fit
+
+
+def _left(fit: Fit) -> float:
+    """Squared misfit beyond what the instruments' noise brings, in units of that noise [-]."""
+    return max(loudness(fit) - fit.count, 0.0)
 
 
 def _quieter(found: Fit, start: Fit) -> Fit:

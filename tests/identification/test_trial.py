@@ -83,22 +83,37 @@ def test_the_best_law_is_tried_at_every_place_that_is_open():
     assert [c.name for c in alone] == ["shaft/hysteresis", "sleeve/hysteresis"]
 
 
-@pytest.mark.parametrize(("there", "taken"), [(900.0, True), (995.0, False), (1100.0, False)])
-@pytest.mark.parametrize("dominated", [True, False])
+@pytest.mark.parametrize(
+    ("dominated", "there", "taken"),
+    [
+        (False, 900.0, True),
+        (False, 995.0, False),
+        (False, 1100.0, False),
+        (True, 850.0, True),
+        (True, 950.0, False),
+        (True, 1100.0, False),
+        (True, 700.0, True),
+    ],
+)
 def test_an_accepted_law_is_fitted_from_the_rig_too(monkeypatch, dominated, there, taken):
-    """A sleeve that had locked itself where a wrist's law was missing stayed so with the law."""
-    here = SimpleNamespace(model=None, x=np.zeros(2), cost=1000.0)
+    """A sleeve that had locked itself where a wrist's law was missing stayed so with the law.
+
+    Where errors of the model dominate, what is left beyond the noise counts and no cost: weights
+    that took an encoder's misfit for noise hid a minimum with an eighth of it.
+    """
+    here = SimpleNamespace(model=None, x=np.zeros(2), cost=1000.0, count=800)
 
     def begun(model: Any, x: np.ndarray, evaluations: int) -> Any:
         assert x.tolist() == [1.0, 1.0], "from what the rig says"
-        return SimpleNamespace(model=model, x=x, cost=there)
+        return SimpleNamespace(model=model, x=x, cost=there, count=800)
 
     monkeypatch.setattr(trying, "settle", lambda fit, at_last: fit)
+    monkeypatch.setattr(trying, "loudness", lambda fit: fit.cost)
     monkeypatch.setattr(trying, "worst_ratio", lambda fit: 20.0 if dominated else 1.0)
     monkeypatch.setattr(trying, "told_start", lambda model, x: x + 1.0)
     monkeypatch.setattr(trying, "solve", begun)
     found = trying.retold(cast(Any, here))
-    assert (found is not here) == (taken and not dominated)
+    assert (found is not here) is taken
 
 
 def test_only_laws_with_corners_are_tried_with_sharper_ones():
