@@ -130,19 +130,47 @@ def driven(told: Array, matrix: Array) -> Array:
     return found
 
 
-def _march_linear(matrices: Step, x0: Array, first: Array, last: Array, substeps: int) -> March:
-    transition = matrices.free[1]
-    if substeps != 1:
-        raise ValueError("a linear motion needs one step a sample; expected substeps = 1")
+def linear_pushes(matrices: Step, first: Array, last: Array) -> Array:
+    """What inputs add to the state in every interval.
+
+    Args:
+        matrices: of one step.
+        first: inputs at the start of every interval, shape (t - 1, inputs), see `interval_values`.
+        last: the same at its end.
+
+    Returns:
+        Shape (t - 1, states) [SI].
+    """
     start, middle, end = matrices.nodes[1]
-    forcing = driven(first, start + 0.5 * middle) + driven(last, end + 0.5 * middle)
+    return driven(first, start + 0.5 * middle) + driven(last, end + 0.5 * middle)
+
+
+def march_linear(transition: Array, x0: Array, pushes: Array) -> Array:
+    """States of a linear motion, or of many side by side, shape (t, states, ...) [SI].
+
+    Args:
+        transition: over one interval, shape (states, states) [SI].
+        x0: start, shape (states, ...) [SI].
+        pushes: what every interval adds, shape (t - 1, states, ...) [SI].
+    """
 
     def advance(x: Array, push: Array) -> tuple[Array, Array]:
-        new = times(transition, x) + push
+        if x.ndim == 1:
+            new = times(transition, x) + push
+        else:
+            new = push
+            for column in range(len(x)):  # a sum that fuses; dot calls would not
+                new = new + transition[:, column, None] * x[column]
         return new, new
 
-    _, states = jax.lax.scan(advance, x0, forcing, unroll=2)
-    states = jnp.concatenate([x0[None], states])
+    _, states = jax.lax.scan(advance, x0, pushes, unroll=2)
+    return jnp.concatenate([x0[None], states])
+
+
+def _march_linear(matrices: Step, x0: Array, first: Array, last: Array, substeps: int) -> March:
+    if substeps != 1:
+        raise ValueError("a linear motion needs one step a sample; expected substeps = 1")
+    states = march_linear(matrices.free[1], x0, linear_pushes(matrices, first, last))
     count = states.shape[0]
     return March(states, jnp.zeros((count, 0)), jnp.zeros(count), jnp.zeros((0, 0)))
 

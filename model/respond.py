@@ -19,7 +19,7 @@ from .plant import Plant
 from .ripple import rippled
 from .sensed import read_out
 from .told import accelerated
-from .varied import Point, is_varied, step_matrices, varied_motion
+from .varied import Point, is_varied, step_matrices, varied_linear, varied_motion
 
 OLDER = "xla_cpu_use_fusion_emitters=false"
 FUSED = {"xla_cpu_use_fusion_emitters": True} if OLDER in os.environ.get("XLA_FLAGS", "") else None
@@ -159,14 +159,13 @@ def tangents(
     bare, strengths = _split(plant, z)
     acting = _acting(plant, strengths, widths)
     by_z, by_strength = _split(plant, directions)
-    linear, by_linear = None, None
-    if plant.law_places:
-        rows = acting.select, acting.unused
-        linear, by_linear = _linear_along(plant.lawless, substeps, bare, by_z, *rows, step)
-    given = acting, inputs, step
-    if linear is not None and by_linear is not None and is_varied(plant.bare):
-        return _varied(plant.bare, substeps, bare, (by_z, by_strength, by_linear), *given, linear)
-    return _tangents(plant.bare, substeps, bare, (by_z, by_strength, by_linear), *given, linear)
+    rows = acting.select, acting.unused
+    linear, by_linear = _linear_along(plant.lawless, substeps, bare, by_z, *rows, step)
+    by = by_z, by_strength, by_linear
+    given = acting, inputs, step, linear
+    if not plant.law_places or is_varied(plant.bare):
+        return _varied(plant.bare, substeps, bare, by, *given)
+    return _tangents(plant.bare, substeps, bare, by, *given)
 
 
 @partial(jax.jit, static_argnums=(0, 1))
@@ -174,15 +173,15 @@ def _tangents(
     bare: Plant,
     substeps: int,
     z: Array,
-    directions: tuple[Array, Array, LinearPart | None],
+    directions: tuple[Array, Array, LinearPart],
     acting: ActingRows,
     inputs: Array,
     step: Array,
-    linear: LinearPart | None,
+    linear: LinearPart,
 ) -> Array:
     """Derivatives through every operation of the march."""
 
-    def outputs(z: Array, strengths: Array, linear: LinearPart | None) -> Array:
+    def outputs(z: Array, strengths: Array, linear: LinearPart) -> Array:
         now = acting._replace(strengths=strengths)
         return _simulate(bare, substeps, z, now, inputs, step, linear)[0][:, :-1]
 
@@ -208,6 +207,11 @@ def _varied(
     at = Point(told[0], acting.strengths, linear, told[1])
     along = Point(by_told[0], by_strength, by_linear, by_told[1])
     plant = replace(bare, inputs=bare.marched)
+    if not acting.select.shape[0]:
+        if substeps != 1:
+            raise ValueError("a linear motion needs one step a sample; expected substeps = 1")
+        motion, by_motion = varied_linear(plant, at, along, step)
+        return _read_along(plant, acting, step, at, motion, along, by_motion)
     known = step_matrices(plant, substeps, at, acting, step)
     by_motion = varied_motion(plant, substeps, at, along, acting, step, known)
     return _read_along(plant, acting, step, at, known.motion, along, by_motion)

@@ -14,7 +14,15 @@ import numpy as np
 from .acting import ActingRows, LinearPart
 from .law_forces import Laws, rate_jumps
 from .linear import Array
-from .march import begin, interval_values, inverse, law_step, offset_mask
+from .march import (
+    begin,
+    interval_values,
+    inverse,
+    law_step,
+    linear_pushes,
+    march_linear,
+    offset_mask,
+)
 from .plant import Plant, laws_of
 from .swung import Told
 from .swung_plant import TOLD, swings_of, told_within
@@ -168,6 +176,51 @@ def varied_motion(
     ]
     after = jnp.concatenate([delta[None, : n + m], after]).transpose(2, 0, 1)
     return after[..., :n], after[..., n:]
+
+
+@partial(jax.jit, static_argnums=0)
+def varied_linear(
+    plant: Plant, at: Point, along: Point, step: Array
+) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """A motion without laws, and its derivatives along directions, exact.
+
+    What moves it step by step is found at once for all steps: only one matrix is left to be
+    marched, for all directions together.
+
+    Args:
+        plant: bare, its joints told by acceleration, no law acts (static).
+        at: what the motion is made of.
+        along: directions on a first axis, k of them.
+        step: sampling interval [s].
+
+    Returns:
+        States and (no) law forces, shapes (t, states) and (t, 0) [SI]; and of both how they move,
+        shapes (k, t, states) and (k, t, 0).
+
+    Source: as `varied_motion`; tests/model/test_varied.py.
+    """
+
+    def moved(function: Callable[[Point], Array]) -> Array:
+        """How what a function makes of the point moves, directions on the last axis."""
+        by = jax.vmap(lambda one: jax.jvp(function, (at,), (one,))[1], out_axes=-1)
+        return by(along)
+
+    def begun(at: Point) -> Array:
+        return begin(plant, at.z[plant.slots["start"]], at.inputs)
+
+    def pushes(at: Point) -> Array:
+        drive = at.inputs + at.z[plant.slots["drive"]] * offset_mask(plant)
+        return linear_pushes(at.linear.matrices, *interval_values(plant, drive, step))
+
+    transition = at.linear.matrices.free[1]
+    states = march_linear(transition, begun(at), pushes(at))
+    turned = along.linear.matrices.free[1]  # direction, state, state
+    lanes, n = turned.shape[:2]
+    own = states[:-1] @ turned.transpose(2, 1, 0).reshape(n, n * lanes)
+    push = moved(pushes) + own.reshape(len(states) - 1, n, lanes)
+    by_states = march_linear(transition, moved(begun), push).transpose(2, 0, 1)
+    none = jnp.zeros((len(states), 0))
+    return (states, none), (by_states, jnp.zeros((lanes, *none.shape)))
 
 
 def _summed(matrices: Array, own: Array) -> Array:

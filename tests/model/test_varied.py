@@ -67,6 +67,32 @@ def test_derivatives_are_those_through_all_operations(acting, joints, monkeypatc
     np.testing.assert_allclose(found / (size + 1e-30), wanted / (size + 1e-30), atol=2e-7)
 
 
+@pytest.mark.parametrize("joints", [WRIST, BOTH, ()])
+def test_without_laws_they_are_the_same_too(joints):
+    robot = Robot("driven_arm" if joints == BOTH else "driven_wrist" if joints else "fixed_collet")
+    sensors = SENSORS if joints else (SENSORS[0], Port("clubhead", "velocity"))
+    inputs = tuple(Port(joint, "angle") for joint in joints) or (Port("clubhead", "force"),)
+    plant = Plant(robot, inputs, sensors, ())
+    z = numbers_vector(plant, PRESETS["robo_v_sleeve_50"])
+    z[plant.slots["ripple"]] = (0.002, 14.0, 0.5) if joints else 0.0
+    for slot, value in (("delay", 0.3 * STEP), ("gain", 0.02), ("offset", 0.1), ("start", 1e-3)):
+        z[plant.slots[slot]] = value
+    directions = np.diag(np.where(np.abs(z) > 0, np.abs(z), 0.1))
+    told = jnp.asarray(TURN[:, None] * np.ones(len(inputs))), jnp.asarray(STEP)
+    none = np.zeros((0, 2))
+    found = np.asarray(respond.tangents(plant, 1, z, directions, *told, none))
+    bare, strengths = respond._split(plant, z)
+    acting = respond._acting(plant, strengths, none)
+    rows = acting.select, acting.unused
+    by = respond._split(plant, directions)
+    linear, by_linear = respond._linear_along(plant.lawless, 1, bare, by[0], *rows, told[1])
+    through = plant.bare, 1, bare, (*by, by_linear), acting, *told, linear
+    wanted = np.asarray(respond._tangents(*through))
+    assert np.max(np.abs(wanted)) > 0
+    size = np.max(np.abs(wanted), axis=1, keepdims=True)
+    assert np.all(np.abs(found - wanted) <= 1e-8 * size + 1e-12)
+
+
 def test_where_a_ground_s_rate_jumps_the_way_through_all_operations_is_taken():
     port = (Port("ground", "position"),)
     laws = ("spring",), ("cubic_stiffness",)
