@@ -419,6 +419,7 @@ WITHOUT = {
         "march_rows",
         "offset_mask",
     },
+    "inside the motions without laws that are here": {"linear_pushes", "march_linear"},
     "yes or no": {"is_zero", "is_varied", "rate_jumps"},
 }
 
