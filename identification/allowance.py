@@ -71,6 +71,11 @@ class Marginal:
         along = self.basis.T @ white
         return white - self.basis @ (share.reshape((-1,) + (1,) * (white.ndim - 1)) * along)
 
+    def hidden(self, white: np.ndarray) -> np.ndarray:
+        """By how much products of whitened columns fall once it is summed out, (k, k) [-]."""
+        along = self.basis.T @ white
+        return along.T @ ((self.sizes**2 / (1.0 + self.sizes**2))[:, None] * along)
+
     def estimate(self, white: np.ndarray) -> np.ndarray:
         """Best numbers in units of their priors, shape (m,), for whitened residuals [-]."""
         return self.turn @ (self.sizes / (1.0 + self.sizes**2) * (self.basis.T @ white))

@@ -14,6 +14,8 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from .slopes import Slopes
+
 Pair = tuple[int, int | None]
 
 BEND = 1.0
@@ -79,7 +81,7 @@ def spring_pairs(labels: Sequence[str], positive: Sequence[bool]) -> tuple[Pair,
 
 def descend(
     residual: Callable[[np.ndarray], np.ndarray],
-    jacobian: Callable[[np.ndarray], np.ndarray],
+    jacobian: Callable[[np.ndarray], np.ndarray | Slopes],
     start: np.ndarray,
     bounds: tuple[np.ndarray, np.ndarray],
     pairs: Sequence[Pair] = (),
@@ -91,7 +93,7 @@ def descend(
 
     Args:
         residual: of unknowns, shape (d,) -> (n,) [-].
-        jacobian: its derivative, shape (d,) -> (n, d) [-].
+        jacobian: its derivative, shape (d,) -> (n, d) [-], or the `Slopes` of that.
         start: first unknowns, within the bounds, shape (d,) [-].
         bounds: lower and upper ones, shapes (d,) [-].
         pairs: springs, as of `spring_pairs`; they are walked in compliance and loss.
@@ -116,8 +118,9 @@ def descend(
             return Descent(x, False, tried)
         passed.append(cost)
         if near is None:
-            slope = np.clip(np.nan_to_num(jacobian(x)), -WILD, WILD)
-            near = _Near(x, here, slope, low, high, tuple(pairs))
+            slopes = jacobian(x)
+            slopes = slopes if isinstance(slopes, Slopes) else Slopes.of(slopes)
+            near = _Near(x, here, slopes, low, high, tuple(pairs))
             radius = near.reach if np.isinf(radius) else radius
         near, step = near.step(radius)
         if step.promise <= 1e-3 * tolerance * cost or step.length <= STALLED * near.reach:
@@ -149,10 +152,6 @@ def descend(
     return Descent(x, False, tried)
 
 
-WILD = 1e60
-"""Largest slope that is taken for one [-]: a motion that runs away has none."""
-
-
 @dataclass(frozen=True, eq=False)
 class _Step:
     """A step in local coordinates.
@@ -175,7 +174,7 @@ class _Near:
 
     x: np.ndarray
     here: np.ndarray
-    rates: np.ndarray
+    rates: Slopes
     low: np.ndarray
     high: np.ndarray
     pairs: tuple[Pair, ...]
@@ -206,21 +205,20 @@ class _Near:
         return np.clip(x, self.low, self.high)
 
     @cached_property
-    def slope(self) -> np.ndarray:
-        """Derivative of the residual by the local coordinates, shape (n, d) [-]."""
-        found = self.rates.copy()
+    def turned(self) -> np.ndarray:
+        """How the unknowns move with the local coordinates, shape (d, d) [-]."""
+        found = np.eye(len(self.x))
         for k, c in self.springs:
             square = self.x[k] ** 2
-            found[:, k] = -square * self.rates[:, k]
+            found[k, k] = -square
             if c is not None:
-                found[:, k] -= 2.0 * self.x[c] * self.x[k] * self.rates[:, c]
-                found[:, c] = square * self.rates[:, c]
+                found[c, k], found[c, c] = -2.0 * self.x[c] * self.x[k], square
         return found
 
     @cached_property
     def size(self) -> np.ndarray:
         """How much of what is seen a unit of each coordinate moves, shape (d,) [-]."""
-        found = np.sqrt(np.sum(self.slope**2, axis=0))
+        found = np.sqrt(np.maximum(np.diag(self.curvature), 0.0))
         return np.where(found > 0, found, 1.0)
 
     @cached_property
@@ -240,12 +238,12 @@ class _Near:
     @cached_property
     def gradient(self) -> np.ndarray:
         """Half the derivative of the sum of squares, shape (d,) [-]."""
-        return self.slope.T @ self.here
+        return self.turned.T @ self.rates.pull(self.here)
 
     @cached_property
     def curvature(self) -> np.ndarray:
         """Half its second derivative if nothing bent, shape (d, d) [-]."""
-        return self.slope.T @ self.slope
+        return self.turned.T @ self.rates.gram @ self.turned
 
     @cached_property
     def ends(self) -> tuple[np.ndarray, np.ndarray]:
@@ -301,9 +299,10 @@ class _Near:
 
         Over the whole step, as dry friction is rough on small scales.
         """
-        bent = 2.0 * (seen - self.here - self.slope @ step.along)
+        bent = 2.0 * (seen - self.here - self.rates.along(self.turned @ step.along))
+        pull = self.turned.T @ self.rates.pull(bent)
         found = np.zeros_like(step.along)
-        found[step.open_] = self._solve(step.open_, step.damping, -(self.slope.T @ bent))
+        found[step.open_] = self._solve(step.open_, step.damping, -pull)
         return found
 
     def _parts(self, open_: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

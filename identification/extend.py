@@ -10,10 +10,11 @@ import numpy as np
 from ..model.law import Law
 from .allowance import Allowance, joined
 from .drive_error import drive_allowances, estimated_errors
-from .fit import DOMINATED, Fit, learn_noise, solve
+from .fit import CRAWL, DOMINATED, Fit, learn_noise, solve
 from .free import Entry, own_shapes
+from .openings import opening_model
 from .prepare import Prepared, coarser, shortened
-from .problem import Key, Model, Problem, base_entries, opening_model, rough_noise
+from .problem import Key, Model, Problem, base_entries, rough_noise
 from .screen import Candidate
 
 MOST_SAMPLES = 4096
@@ -127,7 +128,7 @@ def extend(fit: Fit, candidate: Candidate, evaluations: int = 12) -> Fit:
     for x, _ in points:
         if best is not None and best.cost < 0.5 * fit.cost:
             break
-        trial = solve(model, x, evaluations)
+        trial = solve(model, x, evaluations, CRAWL)
         if best is None or trial.cost < best.cost:
             best = trial
     assert best is not None
@@ -170,7 +171,7 @@ def grown(model: Model, x: np.ndarray, evaluations: int) -> Fit:
 
     `x` are the scaled unknowns [-].
     """
-    return solve(model, _begun(model, x)[0], evaluations)
+    return solve(model, _begun(model, x)[0], evaluations, CRAWL)
 
 
 def _begun(model: Model, x: np.ndarray) -> tuple[np.ndarray, float]:

@@ -17,8 +17,9 @@ from .lever import lever_allowances
 from .losses import swapped_losses
 from .motions import with_scales
 from .noise import Misfit, Noise, Trust, choose_noise, colour_of, known_noise
+from .openings import opening_model
 from .prepare import Sensor, coarser
-from .problem import Key, Model, Problem, base_entries, opening_model, rough_noise
+from .problem import Key, Model, Problem, base_entries, rough_noise
 from .ringing import find_ringing, ringing_allowances
 from .starts import has_basins, other_starts
 
@@ -143,7 +144,7 @@ def solve(model: Model, start: np.ndarray, evaluations: int = 40, crawling: floa
     pairs = spring_pairs([entry.label for entry in model.entries], positive)
     bounds = (low, high)
     run = descend(
-        model.residual, model.jacobian, inside, bounds, pairs, evaluations, crawling=crawling
+        model.residual, model.slopes, inside, bounds, pairs, evaluations, crawling=crawling
     )
     return _finish(model, run.x, run.converged)
 
@@ -348,7 +349,7 @@ def descended(fit: Fit) -> Fit:
         floor = learn_noise(fit)
         problem = replace(fit.problem, floor=floor)
         model = replace(fit.model, problem=problem, noises=floor, horizon=np.inf)
-        fit = solve(replace(model, allowances=allowances_of(model, fit)), fit.x, 40, CRAWL)
+        fit = solve(replace(model, allowances=allowances_of(model, fit)), fit.x, 40, ROUGH_CRAWL)
         if all(misfit.ratio < DOMINATED for misfit in fit.misfits.values()):
             break
     return fit
@@ -382,7 +383,7 @@ def settle(fit: Fit, at_last: bool = True) -> Fit:
         problem = replace(fit.problem, floor=floor)
         model = replace(fit.model, problem=problem, noises=noises, horizon=np.inf)
         model = replace(model, allowances=allowances_of(model, fit))
-        fit = solve(model, fit.x, 40, 0.0 if at_last else CRAWL)
+        fit = solve(model, fit.x, 40, CRAWL if at_last or not _dominated(fit) else ROUGH_CRAWL)
         if same:
             break
     if not fit.converged and at_last:
@@ -396,7 +397,10 @@ def _with_scales(fit: Fit) -> Fit:
 
 
 CRAWL = 2e-4
-"""Share of the cost that twelve steps of a law's trial must gain [-], until the law is accepted."""
+"""Share of the cost that twelve steps must gain [-], until a law is accepted or noise is known."""
+
+ROUGH_CRAWL = 1e-3
+"""The same of a law's trial where errors of the model dominate [-]: nothing hangs on less there."""
 
 
 def polished(fit: Fit) -> Fit:

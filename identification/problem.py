@@ -19,10 +19,11 @@ from .allowance import Allowance, Marginal, summed_out
 from .beside import each
 from .faults import FaultyReading, faulty_readings, misread, misread_along, told_motion
 from .free import Entry, day_entries, drive_entries, nuisance_entries, rig_entries, slot_index
-from .noise import Noise, Trust, trust_of
-from .prepare import Prepared, Sensor, opening, prepare_all
+from .noise import Noise, Trust
+from .prepare import Prepared, Sensor, prepare_all
 from .records import Record
 from .shaft_form import with_shaft_form
+from .slopes import Block, Slopes
 
 LANES = 8
 """Directions of a Jacobian are padded to a multiple of this, so that few shapes are compiled."""
@@ -291,13 +292,19 @@ class Model:
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Derivative of `residual`, exact, shape (residuals, entries) [-]."""
+        return self.slopes(x).matrix()
+
+    def slopes(self, x: np.ndarray) -> Slopes:
+        """Derivative of `residual`, exact, by records and then priors [-]."""
 
         def code(prepared: Prepared) -> tuple[Hashable, ...]:
             still = self._holds_numbers(prepared)
             return "slopes", still, self._lanes(prepared), *self._code(prepared)
 
         blocks = each(lambda p: self._slopes(p, x), self.problem.records, code)
-        return np.concatenate([*blocks, np.diag(self._prior_rate())[self._has_prior]])
+        pulled = np.flatnonzero(self._has_prior)
+        priors = Block(np.diag(self._prior_rate()[pulled]), pulled)
+        return Slopes((*blocks, priors), len(self.entries))
 
     def columns(self, x: np.ndarray, which: list[int]) -> np.ndarray:
         """The Jacobian's columns of some unknowns, shape (residuals, which) [-].
@@ -311,16 +318,21 @@ class Model:
         measured = own.jacobian(x[which])[: -sum(own._has_prior) or None]
         return np.concatenate([measured, np.diag(self._prior_rate())[self._has_prior][:, which]])
 
-    def _slopes(self, prepared: Prepared, x: np.ndarray) -> np.ndarray:
+    def _slopes(self, prepared: Prepared, x: np.ndarray) -> Block:
         """One record's rows of the Jacobian, its channels stacked [-]."""
         faulty = any(law.fault is not None for _, law in self.causes)
-        which = list(range(len(self.entries))) if faulty else [i for i, _ in self.links(prepared)]
+        which = [i for i, _ in self.links(prepared)]
         grid = self.grid(prepared, x) if faulty else None
         moved, record = self.sensitivity(prepared, x), []
         for index, sensor in enumerate(prepared.sensors):
-            columns = sample(sensor, moved[:, index, which])
+            whole = np.ascontiguousarray(moved[..., index].T)
+            if faulty:  # faults' own numbers are among all of them
+                wide = np.zeros((len(whole), len(self.entries)))
+                wide[:, which] = whole
+                whole = wide
+            columns = sample(sensor, whole)
             if grid is not None and (faults := self.faults(prepared, sensor, x)):
-                true, early = grid[:, index], before(sensor, moved[:, index, which])
+                true, early = grid[:, index], before(sensor, whole)
                 readings = before(sensor, true), sample(sensor, true)
                 both = early, columns
                 columns = misread_along(faults, readings, both, sensor.step, self.scale)[1]
@@ -328,10 +340,11 @@ class Model:
                 columns = np.where(np.isfinite(columns), columns, 0.0)
             noise = self.noises[prepared.name, sensor.channel.name]
             record.append(self._cut(prepared, sensor, -noise.whiten(columns)))
-        own = self.allowed(prepared, np.concatenate(record))
-        rows = np.zeros((len(own), len(self.entries)))  # others' numbers do not move this record
-        rows[:, which] = own
-        return rows
+        rows = np.concatenate(record)
+        if faulty:  # others' numbers do not move this record
+            moving = np.flatnonzero(np.any(rows != 0.0, axis=0))
+            rows, which = rows[:, moving], list(moving)
+        return Block(rows, np.array(which, dtype=int), self.marginals.get(prepared.name))
 
     def _holds_numbers(self, prepared: Prepared) -> bool:
         """Whether no law acts and nothing that varies moves the mechanism's own numbers."""
@@ -344,7 +357,10 @@ class Model:
         return own if self._holds_numbers(prepared) else max(own, self.problem.lanes)
 
     def sensitivity(self, prepared: Prepared, x: np.ndarray) -> np.ndarray:
-        """Derivative of each sensor's grid by x, shape (padded, sensors, entries) [SI]."""
+        """Derivatives of the sensors' grids, shape (links, padded, sensors) [SI].
+
+        By the scaled unknowns in `links`, in their order.
+        """
         plant, links = self.plant(prepared), self.links(prepared)
         directions = np.zeros((self._lanes(prepared), plant.size))
         for lane, (i, at) in enumerate(links):
@@ -355,11 +371,11 @@ class Model:
         else:
             substeps = self.substeps(prepared)
             moved = np.asarray(tangents(plant, substeps, z, directions, inputs, step, widths))
-        # a simulation that ran away is a constant to `residual`: its slope is zero
-        moved = np.where(np.isfinite(moved), moved, 0.0)
-        found = np.zeros((*moved.shape[1:], len(self.entries)))
-        found[:, :, [i for i, _ in links]] = moved[: len(links)].transpose(1, 2, 0)
-        return found
+        moved = moved[: len(links)]
+        if not np.all(np.isfinite(moved)):
+            # a simulation that ran away is a constant to `residual`: its slope is zero
+            moved = np.where(np.isfinite(moved), moved, 0.0)
+        return moved
 
     def faults(self, prepared: Prepared, sensor: Sensor, x: np.ndarray) -> list[FaultyReading]:
         """Faults in force on one channel of a record at scaled unknowns x [-]."""
@@ -428,22 +444,3 @@ def rough_noise(problem: Problem) -> dict[Key, Noise]:
         for p in problem.records
         for s in p.sensors
     }
-
-
-MANY = 8192
-
-
-def opening_model(model: Model) -> Model:
-    """The model on those first parts of the records that tell their start states.
-
-    Long records are cut short; others are masked, which needs no further compiled length.
-    """
-    records = tuple(opening(p) if p.count > MANY else p for p in model.problem.records)
-    trust = {
-        (p.name, s.channel.name): trust_of(s.values, int(np.sum(s.times <= p.opening)))
-        for p in records
-        for s in p.sensors
-    }
-    return replace(
-        model, problem=replace(model.problem, records=records), noises=trust, only_opening=True
-    )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from .evidence import delta_bic
 from .extend import extend, extended_model, thinned, without
-from .fit import Fit, solve
+from .fit import CRAWL, Fit, solve
 from .screen import Candidate, alikeness, screen
 from .standing import MISFIT_SHOWN, misfit_chance
 from .swung import is_swung
@@ -114,7 +114,7 @@ def whole_refits(fit: Fit, quick: Quick) -> tuple[list[Trial], Quick]:
     found: list[Trial] = []
     for one, candidate in near:
         whole = replace(one.model, problem=fit.problem, allowances=fit.model.allowances)
-        full = solve(whole, one.x, 25)
+        full = solve(whole, one.x, 25, CRAWL)
         found.append(Trial(candidate, full, delta_bic(fit, full)))
     return simplest_first(found), Quick(quick.start, tuple(aside))
 
@@ -177,6 +177,6 @@ def exchanged(fit: Fit, trial: Trial, candidates: Sequence[Candidate]) -> list[T
             continue
         other = extend(bare, candidate, 25)
         if other.cost < trial.fit.cost - BETTER:
-            full = solve(extended_model(fit, candidate), other.x, 25)
+            full = solve(extended_model(fit, candidate), other.x, 25, CRAWL)
             found.append(Trial(candidate, full, delta_bic(fit, full)))
     return sorted(found, key=lambda one: -one.delta_bic)

@@ -11,7 +11,7 @@ from ..model.law import Law, Place, library
 from .bootstrap import Contest
 from .evidence import effective_samples
 from .extend import HeldOut, grown, worst_ratio
-from .fit import DOMINATED, Fit, descended, loudness, settle, solve
+from .fit import CRAWL, DOMINATED, Fit, descended, loudness, settle, solve
 from .motions import with_scales
 from .screen import Candidate, alikeness
 from .starts import told_start
@@ -169,7 +169,7 @@ def settled(fit: Fit, far: bool) -> Fit:
         problem = with_scales(
             replace(found.model, problem=replace(found.problem, corner=SHARP)), found.x
         )
-        found = _better(found, solve(replace(found.model, problem=problem), found.x, 40))
+        found = _better(found, solve(replace(found.model, problem=problem), found.x, 40, CRAWL))
     return found
 
 
@@ -181,7 +181,7 @@ def retold(fit: Fit) -> Fit:
 
     Source: tests/identification/test_trial.py.
     """
-    told = solve(fit.model, told_start(fit.model, fit.x), 40)
+    told = solve(fit.model, told_start(fit.model, fit.x), 40, CRAWL)
     if worst_ratio(fit) <= DOMINATED:
         return _better(fit, told)
     if _left(told) >= _left(fit):  # costs say little there

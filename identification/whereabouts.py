@@ -9,7 +9,7 @@ import numpy as np
 
 from ..model.chain import DERIVATIVES
 from .evidence import excess
-from .fit import Fit, fit_base, settle, solve
+from .fit import CRAWL, Fit, fit_base, settle, solve
 from .missing import MissingForce, missing_force
 from .prepare import Prepared
 from .problem import Model, Problem, base_entries, rough_noise
@@ -182,7 +182,7 @@ def _from_there(fit: Fit, problem: Problem) -> Fit:
     """The fit of a part of the records, from where the fit of all stands."""
     model = Model(problem, base_entries(problem), (), rough_noise(problem))
     start = values_at(model, fit)
-    return settle(solve(model, start, EVALUATIONS), at_last=False)
+    return settle(solve(model, start, EVALUATIONS, CRAWL), at_last=False)
 
 
 def values_at(model: Model, fit: Fit) -> np.ndarray:

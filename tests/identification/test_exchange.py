@@ -21,7 +21,7 @@ from tests.identification.test_trial import candidate
 def costs(monkeypatch) -> dict[str, float]:
     """Costs of refits by name, which a test fills in, for a machine without any model."""
     found: dict[str, float] = {}
-    monkeypatch.setattr(refits, "solve", lambda model, x, evaluations: model.fit)
+    monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
     monkeypatch.setattr(refits, "without", lambda fit, place, law: fit)
     monkeypatch.setattr(refits, "extend", lambda fit, one, evaluations: stand_in(found[one.name]))
     monkeypatch.setattr(

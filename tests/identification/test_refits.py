@@ -16,7 +16,7 @@ from tests.identification.test_trial import candidate
 @pytest.fixture
 def plain(monkeypatch):
     """Fits that carry nothing but their cost, and a solver that returns where it stands."""
-    monkeypatch.setattr(refits, "solve", lambda model, x, evaluations: model.fit)
+    monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
     monkeypatch.setattr(refits, "replace", lambda model, **changes: model)
     monkeypatch.setattr(refits, "delta_bic", lambda before, after: before.cost - after.cost)
 

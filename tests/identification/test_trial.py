@@ -103,7 +103,7 @@ def test_an_accepted_law_is_fitted_from_the_rig_too(monkeypatch, dominated, ther
     """
     here = SimpleNamespace(model=None, x=np.zeros(2), cost=1000.0, count=800)
 
-    def begun(model: Any, x: np.ndarray, evaluations: int) -> Any:
+    def begun(model: Any, x: np.ndarray, *patience: float) -> Any:
         assert x.tolist() == [1.0, 1.0], "from what the rig says"
         return SimpleNamespace(model=model, x=x, cost=there, count=800)
 
