@@ -16,11 +16,14 @@ def _begin(shapes: Any, stretch: Any, rate: Any) -> Any:
 
 
 def _advance(shapes: Any, memory: Any, before: Any, after: Any, step: Any) -> Any:
-    """``knee dz = d(stretch) - z |d(stretch)|``, exact while the motion keeps its direction."""
+    """Exact while the motion keeps its direction: straight while it unloads, then to the full."""
     (knee,), (z,) = shapes, memory
     way = (after[0] - before[0]) / knee
-    left = jnp.exp(-jnp.abs(way))
-    return (z * left + jnp.sign(way) * (1.0 - left))[None]
+    side = jnp.where(way < 0.0, -1.0, 1.0)
+    to_go, share = side * way, side * z
+    back = jnp.minimum(to_go, jnp.maximum(-share, 0.0))
+    loaded = 1.0 - (1.0 - share - back) * jnp.exp(back - to_go)
+    return (side * loaded)[None]
 
 
 def _force(strength: Any, shapes: Any, memory: Any, stretch: Any, rate: Any) -> Any:
@@ -46,8 +49,8 @@ LAW = Law(
     ),
     limit="coulomb_friction",
     limit_share=0.05,  # dry contacts slide after a small part of their way
-    formula="f = F z, knee dz/dt = v - |v| z",
+    formula="f = F z, knee dz/dt = v - (|v| z + v |z|) / 2",
     sentence="The {place} has hysteresis: up to {value} of its force lags behind the way gone.",
     cure="Look for rubbing layers or a sticking contact line; a smaller preload narrows the loop.",
-    source="Dahl 1968, TOR-0158(3107-18)-1: the Bouc-Wen law with n = 1, beta = 1, gamma = 0",
+    source="Wen 1976, doi:10.1061/JMCEA3.0002106, with n = 1 and beta = gamma",
 )

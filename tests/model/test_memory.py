@@ -62,7 +62,7 @@ def integrated(name: str, numbers: tuple[float, ...], times: np.ndarray) -> np.n
 
     def memory_rate(t: float, x: float, v: float, s: float) -> float:
         if name == "hysteresis":
-            return (v - abs(v) * s) / numbers[1]
+            return (v - 0.5 * (abs(v) * s + v * abs(s))) / numbers[1]
         if name == "slip":
             return v / numbers[1] if abs(s) < 1 or s * v < 0 else 0.0
         return (x - s) / numbers[1] if name == "relaxation" else 1.0
@@ -191,7 +191,7 @@ def test_a_motion_from_the_door_is_marched_over_its_pieces_as_one(name):
     def rates(t, y, push):
         x, v, s = y
         force = memory.force(CASES[name][0], shapes, [s], x, v)
-        rate = {"hysteresis": lambda: (v - abs(v) * s) / shapes[0],
+        rate = {"hysteresis": lambda: (v - 0.5 * (abs(v) * s + v * abs(s))) / shapes[0],
                 "slip": lambda: v / shapes[0] if abs(s) < 1 or s * v < 0 else 0.0,
                 "relaxation": lambda: (x - s) / shapes[0],
                 "stiffness_drift": lambda: 1.0}[name]()  # fmt: skip
