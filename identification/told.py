@@ -11,6 +11,7 @@ from .allowance import Allowance
 from .causes import numbers_at
 from .extend import calmed, extended_model, thinned, worst_ratio
 from .fit import DOMINATED, Fit, fit_base, learn_noise, solve
+from .free import Entry
 from .motions import with_scales
 from .prepare import Prepared
 from .problem import Model
@@ -102,8 +103,25 @@ def told_fit(fit: Fit) -> Fit:
         for index, entry in enumerate(plain.entries):
             if entry.slot == "numbers" and entry.label in known:
                 x[index] = known[entry.label] / entry.scale
+    plain, x = _instruments_held(plain, x)
     found = solve(plain, _constants_held(plain, x, 20), 0)
     return replace(found, model=replace(plain, problem=with_scales(plain, found.x)))
+
+
+def _instruments_held(model: Model, x: np.ndarray) -> tuple[Model, np.ndarray]:
+    """The model with the records' gains, delays and zeros where `x` has them, and the rest of `x`.
+
+    Far from a minimum their priors hold nothing: where friction kept a wrist from moving, gains of
+    2.5 and starts with them hid it from every channel.
+    """
+    own = [i for i, e in enumerate(model.entries) if not _is_of_instrument(e)]
+    held = [(e, float(x[i] * e.scale)) for i, e in enumerate(model.entries) if _is_of_instrument(e)]
+    entries = tuple(model.entries[i] for i in own)
+    return replace(model, entries=entries, fixed=(*model.fixed, *held)), x[own]
+
+
+def _is_of_instrument(entry: Entry) -> bool:
+    return entry.nuisance and np.isfinite(entry.prior) and entry.slot not in ("numbers", "start")
 
 
 def _constants_held(model: Model, x: np.ndarray, evaluations: int) -> np.ndarray:
@@ -177,9 +195,20 @@ def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> 
     x = min(points, key=lambda one: float(np.sum(opening.residual(one) ** 2)))
     for horizon in HORIZONS[1:]:
         x = _constants_held(replace(first, horizon=horizon), x, 10)
-    x = solve(first, x, 2 * evaluations).x
-    model = replace(extended_model(start, candidate), entries=first.entries)
+    whole, x = _released(first, x, len(told.x), start.model)
+    x = solve(whole, x, 2 * evaluations).x
+    model = replace(extended_model(start, candidate), entries=whole.entries)
     return solve(model, x, evaluations)
+
+
+def _released(model: Model, x: np.ndarray, count: int, bare: Model) -> tuple[Model, np.ndarray]:
+    """The model with all that a bare one leaves open and its own law, the first `count` without."""
+    known = {e.label: value / e.scale for e, value in model.fixed}
+    known |= {e.label: float(value) for e, value in zip(model.entries, x, strict=True)}
+    entries = (*bare.entries, *model.entries[count:])
+    values = [known[e.label] for e in bare.entries]
+    whole = replace(model, entries=entries, fixed=bare.fixed)
+    return whole, np.append(values, x[count:])
 
 
 SLIDES = 0.5
