@@ -86,7 +86,9 @@ def _loudness(records: Sequence[Prepared]) -> dict[str, float]:
 
 
 def told_fit(fit: Fit) -> Fit:
-    """The records' own numbers fitted, with all constants at what small motions or the rig say.
+    """The records' starts fitted, with all constants at what small motions or the rig say.
+
+    Gains, delays and zeros of its instruments are held as well; `from_told` lets them go.
 
     Weighed by the instruments' noise, and with no mode allowed for that rings by itself: where a
     cause is missing, constants and weights have moved to make room for it. Natural sizes of laws

@@ -13,7 +13,7 @@ from supple.identification.refits import exchanged
 from supple.identification.screen import Candidate
 from supple.identification.trial import Trial
 from tests.identification.test_refits import stand_in
-from tests.identification.test_told import diagnosed
+from tests.identification.test_told import diagnosed, lumped
 from tests.identification.test_trial import candidate
 
 
@@ -66,6 +66,6 @@ def test_nothing_looks_like_a_law_nothing_is_computed(costs):
 @pytest.mark.slow
 def test_a_filter_is_no_delay(tmp_path: Path):
     """A delay of 11.7 ms explains nearly all of what a filter of 11.2 ms does."""
-    names, found = diagnosed(tmp_path, "sensor_lowpass", "head_acc", 87000)
+    names, found = diagnosed(tmp_path, *lumped("sensor_lowpass", "head_acc", 87000))
     assert found.status == "named" and names == ["head_acc/sensor_lowpass"]
     assert found.final.value(found.final.index(names[0])) == pytest.approx(0.01121, rel=0.03)

@@ -13,7 +13,7 @@ from supple.identification.told import SLIDES, _begun_with, quiet_fit, told_fit
 from supple.model.law import library
 from tests.identification.benches import STIFFNESS, make_bench
 from tests.identification.conftest import CUBIC
-from tests.identification.test_told import diagnosed
+from tests.identification.test_told import diagnosed, lumped
 
 SLIPS = ("slip", "sleeve", 92004)
 """Law, place and seed of a case of the independent bench."""
@@ -105,7 +105,7 @@ def test_what_sticks_is_known_by_its_form():
 @pytest.mark.slow
 def test_a_sleeve_that_slips_is_found_out(tmp_path):
     """Its absence made the sleeve four times too stiff and the shaft half as stiff as it is."""
-    names, found = diagnosed(tmp_path, *SLIPS)
+    names, found = diagnosed(tmp_path, *lumped(*SLIPS))
     assert (found.status, names) == ("named", ["sleeve/slip"])
     assert found.held_before is not None and found.held_after is not None
     assert found.held_after.nrmse < found.held_before.nrmse

@@ -26,28 +26,29 @@ from tests.identification.test_trial import candidate
 ROOT = Path(__file__).parents[2]
 
 
-def drawn(
-    folder: Path, law: str, place: str, seed: int, bench: str = "A"
-) -> tuple[list[Record], Rig]:
-    command = [sys.executable, "-m", "tests.lab", "draw", "--bench", bench, "--seed", str(seed)]
-    command += ["--law", law, "--place", place, "--out", str(folder)]
+def drawn(folder: Path, *wanted: str) -> tuple[list[Record], Rig]:
+    command = [sys.executable, "-m", "tests.lab", "draw", *wanted, "--out", str(folder)]
     subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
     found = sorted((folder / "records").glob("*.toml"))
     records = [read_record(path) for path in found if path.name != "rig.toml"]
     return records, read_rig(folder / "records" / "rig.toml")
 
 
-def diagnosed(
-    folder: Path, law: str, place: str, seed: int, bench: str = "A"
-) -> tuple[list[str], Diagnosis]:
-    found = diagnose(*drawn(folder, law, place, seed, bench))
+def lumped(law: str, place: str, seed: int) -> list[str]:
+    return ["--bench", "A", "--seed", str(seed), "--law", law, "--place", place]
+
+
+def diagnosed(folder: Path, *wanted: str) -> tuple[list[str], Diagnosis]:
+    found = diagnose(*drawn(folder, *wanted))
     return [trial.candidate.name for trial in found.accepted], found
 
 
 @pytest.fixture(scope="module")
 def ridden(tmp_path_factory: pytest.TempPathFactory) -> Fit:
     """What becomes of the constants where a rider of 17 g rings on the head, and none is known."""
-    records, rig = drawn(tmp_path_factory.mktemp("ridden"), "extra_mode", "clubhead", 91002)
+    records, rig = drawn(
+        tmp_path_factory.mktemp("ridden"), *lumped("extra_mode", "clubhead", 91002)
+    )
     train, _, _ = split_records(records, ())
     return fit_base(make_problem(train, rig))
 
@@ -155,7 +156,7 @@ def test_what_held_out_records_cannot_show_may_not_spoil_them():
     ],
 )
 def test_a_bench_that_hides_it_is_found_out(tmp_path, law, place, seed, size):
-    names, found = diagnosed(tmp_path, law, place, seed)
+    names, found = diagnosed(tmp_path, *lumped(law, place, seed))
     assert (found.status, names) == ("named", [f"{place}/{law}"])
     assert found.held_after is not None and found.held_before is not None
     assert found.held_after.nrmse < found.held_before.nrmse
@@ -168,7 +169,9 @@ def test_a_bench_that_hides_it_is_found_out(tmp_path, law, place, seed, size):
 @pytest.mark.slow
 def test_a_wrist_that_sticks_is_found_behind_a_driven_arm(tmp_path):
     """No channel is near any motion of the rig without it: 13 million beside 33000 samples."""
-    names, found = diagnosed(tmp_path, "coulomb_friction", "wrist", 98422, "B")
+    names, found = diagnosed(
+        tmp_path, "--bench", "B", "--seed", "98422", "--snr-db", "30", "--noise", "white"
+    )
     assert found.status == "named"
     # a slip whose spring is next to rigid is friction
     assert names in (["wrist/slip"], ["wrist/coulomb_friction"])
