@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from supple.identification import diagnose as diagnosing, screen as screening
+from supple.identification import screen as screening, search as searching
 from supple.identification.diagnose import diagnose
 from supple.identification.evidence import (
     at_its_end,
@@ -113,8 +113,8 @@ def test_zero_is_refused_by_the_records_whatever_the_standard_deviation(
 ):
     trial = softening_diagnosis.accepted[0]
     unsure = replace(trial.fit, covariance=1e6 * trial.fit.covariance)
-    monkeypatch.setattr(diagnosing, "settled", lambda fit, far: unsure)
-    search = diagnosing._Search(softening_diagnosis.base, None, lambda text: None)
+    monkeypatch.setattr(searching, "settled", lambda fit, far: unsure)
+    search = searching.Search(softening_diagnosis.base, None, lambda text: None)
     assert trial.delta_bic > UNSHOWN
     assert search._judge(trial, search.base).verdict == "accepted"
     weak = replace(trial, delta_bic=UNSHOWN - 1.0)
@@ -126,10 +126,10 @@ def test_a_cause_that_a_later_one_made_idle_is_dropped(softening_diagnosis):
     stand_in = next(c for c in screen(base) if c.law.name == "quadratic_damping")
     first = Trial(stand_in, extend(base, stand_in), 100.0)
     both = replace(right, fit=extend(first.fit, right.candidate, 40))
-    search = diagnosing._Search(base, None, lambda text: None)
+    search = searching.Search(base, None, lambda text: None)
     search._accept([first, both], [])
     assert [one.candidate.name for one in search.accepted] == ["spring/cubic_stiffness"]
-    assert (search.trials[-1].candidate, search.trials[-1].verdict) == (stand_in, diagnosing.IDLE)
+    assert (search.trials[-1].candidate, search.trials[-1].verdict) == (stand_in, searching.IDLE)
     assert search.fit.cost == pytest.approx(softening_diagnosis.final.cost, abs=1.0)
     assert search.stages == [base, search.fit]
 
@@ -139,10 +139,10 @@ def test_a_cause_that_only_led_the_way_to_better_constants_is_dropped(softening_
     guide = next(c for c in screen(base) if c.law.name == "quadratic_damping")
     stuck = replace(right, fit=replace(right.fit, cost=50.0 * right.fit.cost))
     both = Trial(guide, extend(right.fit, guide, 40), 100.0)
-    search = diagnosing._Search(base, None, lambda text: None)
+    search = searching.Search(base, None, lambda text: None)
     search._accept([stuck, both], [])
     assert [one.candidate.name for one in search.accepted] == ["spring/cubic_stiffness"]
-    assert (search.trials[-1].candidate, search.trials[-1].verdict) == (guide, diagnosing.IDLE)
+    assert (search.trials[-1].candidate, search.trials[-1].verdict) == (guide, searching.IDLE)
     assert search.accepted[0].fit is search.fit and search.stages == [base, search.fit]
     assert search.fit.cost == pytest.approx(softening_diagnosis.final.cost, abs=1.0)
     search.step()
@@ -158,8 +158,8 @@ def test_a_strength_at_the_end_of_what_can_be_is_refused(softening_diagnosis, mo
         entries[index] = replace(trial.fit.model.entries[index], **bound)
         fit = replace(trial.fit, model=replace(trial.fit.model, entries=tuple(entries)))
         assert at_its_end(fit, index)
-        monkeypatch.setattr(diagnosing, "settled", lambda _, far, fit=fit: fit)
-        search = diagnosing._Search(softening_diagnosis.base, None, lambda text: None)
+        monkeypatch.setattr(searching, "settled", lambda _, far, fit=fit: fit)
+        search = searching.Search(softening_diagnosis.base, None, lambda text: None)
         assert search._judge(trial, search.base).verdict.startswith("refused: it would have to")
 
 

@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import pytest
 
-from supple.identification import diagnose as diagnosing, refits
+from supple.identification import refits, search as searching
 from supple.identification.refits import Quick, quick_refits, whole_refits
 from supple.identification.screen import screen
 from supple.identification.trial import NO_GAIN, Trial
@@ -84,11 +84,11 @@ def test_what_foretells_no_better_hides_nothing_that_does(
     def judge(self: Any, trial: Trial, before: Any) -> Trial:
         return replace(trial, verdict=verdict if trial is wrong else "accepted")
 
-    monkeypatch.setattr(diagnosing, "quick_refits", lambda *arguments: waiting)
-    monkeypatch.setattr(diagnosing, "whole_refits", next_round)
-    monkeypatch.setattr(diagnosing._Search, "_judge", judge)
-    monkeypatch.setattr(diagnosing._Search, "_pair", lambda self, first: False)
-    search = diagnosing._Search(softening_diagnosis.base, None, cast(Any, lambda text: None))
+    monkeypatch.setattr(searching, "quick_refits", lambda *arguments: waiting)
+    monkeypatch.setattr(searching, "whole_refits", next_round)
+    monkeypatch.setattr(searching.Search, "_judge", judge)
+    monkeypatch.setattr(searching.Search, "_pair", lambda self, first: False)
+    search = searching.Search(softening_diagnosis.base, None, cast(Any, lambda text: None))
     assert search.step() is (verdict == NO_GAIN)
     assert [one.candidate for one in search.accepted] == (
         [right.candidate] if verdict == NO_GAIN else []

@@ -15,6 +15,7 @@ from supple.identification.misreading import misreading, misreading_json
 from supple.identification.problem import make_problem
 from supple.identification.records import Record, read_record
 from supple.identification.screen import screen
+from supple.identification.search import Search
 from supple.identification.trial import Trial
 from supple.identification.verdict import diagnosis_json
 from supple.identification.whereabouts import whereabouts
@@ -94,11 +95,11 @@ def test_a_law_that_leaves_the_error_of_the_only_channel_that_errs_is_a_stand_in
     law = next(one for one in screen(base) if one.name == name)
     fit = extend(base, law)
     assert worst_ratio(fit) > DOMINATED
-    search = diagnosing._Search(base, None, lambda text: None)
+    search = Search(base, None, lambda text: None)
     search._accept([Trial(law, fit, 1000.0)], [])
     monkeypatch.setattr(diagnosing, "explained", lambda before, after: 0.9)
-    monkeypatch.setattr(search, "_believed", lambda share: True)
-    found = search.verdict("none")
+    monkeypatch.setattr(search, "believed", lambda share: True)
+    found = diagnosing._verdict(search, "none")
     assert found.status == "unknown"
     assert found.where is not None and found.where.place == FEELS.name
 
