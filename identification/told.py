@@ -163,8 +163,9 @@ def told_trials(
 
     Returns:
         That fit, and the `MOST` candidates of its screen that gain most, or twice as many where
-        they are near each other, the best one's law at every other place where it is seen; none
-        where errors of the model do not dominate.
+        they are near each other, the best one's law at every other place where it is seen, and as
+        many of the mechanism where that is an instrument's or the reverse; none where errors of
+        the model do not dominate.
 
     Source: DESIGN's fourth step; tests/identification/test_told.py.
     """
@@ -175,8 +176,16 @@ def told_trials(
     worth = [c for c in without_general(found) if c.gain > WORTH * found[0].gain]
     near = [c for c in worth[MOST : 2 * MOST] if c.gain > NEARLY * found[0].gain]
     chosen = with_other_places(worth, [c for c in found if c.gain > SEEN], MOST)
-    chosen += [c for c in near if c not in chosen]
+    chosen += [c for c in (*near, *_of_other_kind(worth)) if c not in chosen]
     return told, chosen + [c for c in found if always(c) and c not in chosen]
+
+
+def _of_other_kind(worth: Sequence[Candidate]) -> list[Candidate]:
+    """The `MOST` best laws of the mechanism where an instrument's is the best one, or the reverse.
+
+    Far from all motions a reading that is out of scale gains as much as what the motions lack.
+    """
+    return [c for c in worth if bool(c.law.slot) != bool(worth[0].law.slot)][:MOST]
 
 
 def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> Fit:

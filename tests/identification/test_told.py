@@ -179,13 +179,21 @@ def test_a_wrist_that_sticks_is_found_behind_a_driven_arm(tmp_path):
     assert torque == pytest.approx(6.652, rel=0.03)
 
 
+@pytest.mark.slow
+def test_a_spring_at_a_driven_head_is_no_scale_of_two_sensors(tmp_path):
+    names, found = diagnosed(tmp_path, "--bench", "A", "--seed", "101006", "--snr-db", "30")
+    assert (names, found.status) == (["clubhead/linear_stiffness"], "named")
+    stiffness = found.final.value(found.final.index(names[0]))
+    assert stiffness == pytest.approx(69.69, rel=0.03)
+
+
 def test_laws_that_promise_nearly_the_same_there_are_all_tried(monkeypatch):
     """Slip and hysteresis of a joint: two more where they are near the best, none where not."""
     from supple.identification import told as module
 
     gains = {"best": 100.0, "second": 97.0, "third": 95.0, "fourth": 91.0, "fifth": 90.5}
     found = [
-        SimpleNamespace(name=name, gain=gain, law=SimpleNamespace(name=f"law of {name}"))
+        SimpleNamespace(name=name, gain=gain, law=SimpleNamespace(name=f"law of {name}", slot=""))
         for name, gain in gains.items()
     ]
     monkeypatch.setattr(module, "worst_ratio", lambda fit: 10 * module.DOMINATED)
@@ -199,6 +207,31 @@ def test_laws_that_promise_nearly_the_same_there_are_all_tried(monkeypatch):
     for one in found[1:]:
         one.gain = 40.0
     assert [one.name for one in told_trials(fit)[1]] == ["best"]
+
+
+def test_what_an_instrument_gains_hides_no_law_of_the_mechanism(monkeypatch):
+    """A spring at the driven head: readings out of scale gained more, and two gains were named."""
+    from supple.identification import told as module
+
+    found = [
+        candidate("sensor_gain", 41.0, "encoder"),
+        candidate("sensor_saturation", 32.0, "encoder"),
+        candidate("sensor_delay", 31.0, "encoder"),
+        candidate("linear_stiffness", 28.0, "clubhead"),
+        candidate("hysteresis", 25.0, "shaft"),
+        candidate("relaxation", 24.0, "shaft"),
+        candidate("linear_damping", 20.0, "clubhead"),
+    ]
+    monkeypatch.setattr(module, "worst_ratio", lambda fit: 10 * module.DOMINATED)
+    monkeypatch.setattr(module, "told_fit", lambda fit: fit)
+    monkeypatch.setattr(module, "screen", lambda fit: found)
+    tried = told_trials(cast(Fit, None))[1]
+    wanted = ["sensor_gain", "sensor_saturation", "linear_stiffness", "hysteresis"]
+    assert [one.law.name for one in tried] == wanted
+    found[:3] = []
+    found.append(candidate("sensor_gain", 19.0, "encoder"))
+    wanted = ["linear_stiffness", "hysteresis", "sensor_gain"]
+    assert [one.law.name for one in told_trials(cast(Fit, None))[1]] == wanted
 
 
 def test_the_best_law_is_tried_wherever_it_is_seen(monkeypatch):
