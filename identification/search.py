@@ -122,7 +122,8 @@ class Search:
     def believed(self, share: float) -> bool:
         """Whether what is named is the cause although errors of the model still dominate.
 
-        What leaves one channel as wrong as it was is a stand-in.
+        What leaves one channel as wrong as it was is a stand-in. `share` is that of the misfit
+        beyond noise that it explains [-].
         """
         least = least_explained(self.base, self.fit, DOMINATED)
         return least >= LEAST_SHARE and believable(share, *self._foretold())
