@@ -6,10 +6,7 @@ from collections.abc import Collection, Sequence
 
 from ..model.rig import Rig
 from .causes import hidden_masses, leaving_out
-from .evidence import (
-    excess,
-    explained,
-)
+from .evidence import excess, explained
 from .extend import worst_ratio
 from .finding import Diagnosis, crowded
 from .fit import DOMINATED, Fit, fit_base
@@ -20,12 +17,7 @@ from .refits import Progress
 from .screen import VISIBLE
 from .search import LEAST_SHARE, Search
 from .spikes import without_spikes
-from .standing import (
-    alike_pairs,
-    floor_visibility,
-    misfit_chance,
-    whiteness,
-)
+from .standing import alike_pairs, floor_visibility, misfit_chance, whiteness
 from .tolerances import strays
 from .whereabouts import CLEARED, SMALL_EXCESS, stray_channel
 

@@ -22,12 +22,7 @@ from .form import mends_form, within_next
 from .problem import Problem
 from .refits import Progress, Quick, exchanged, quick_refits, whole_refits
 from .screen import Candidate, screen
-from .standing import (
-    MISFIT_SHOWN,
-    gains_unseen,
-    misfit_chance,
-    spares,
-)
+from .standing import MISFIT_SHOWN, gains_unseen, misfit_chance, spares
 from .swung import is_swung
 from .trial import (
     HALFWAY,
