@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from .openings import opening_model
 from .prepare import Prepared, coarser, shortened
 from .problem import Key, Model, Problem, base_entries, rough_noise
 from .screen import Candidate
+from .sliding import in_place_of_spring
 
 MOST_SAMPLES = 4096
 WORTHWHILE = 0.3
@@ -121,6 +122,8 @@ def extend(fit: Fit, candidate: Candidate, evaluations: int = 12) -> Fit:
         starts.append(0.5 if abs(step) < 0.05 else float(np.sign(step)))
     shapes = [shape.value / shape.scale for shape in candidate.shapes]
     points = [calmed(model, np.append(fit.x, [start, *shapes]), fit) for start in starts]
+    if worst_ratio(fit) > DOMINATED:
+        points += _nearest(model, in_place_of_spring(fit, candidate))
     points = [_begun(model, x) for x in points]
     if all(np.isfinite(cost) for _, cost in points):  # the openings tell which start is better
         points = [min(points, key=lambda point: point[1])]
@@ -133,6 +136,11 @@ def extend(fit: Fit, candidate: Candidate, evaluations: int = 12) -> Fit:
             best = trial
     assert best is not None
     return best
+
+
+def _nearest(model: Model, points: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """The one of the unknowns that fits best as it stands; none of none."""
+    return [min(points, key=lambda x: float(np.sum(model.residual(x) ** 2)))] if points else []
 
 
 RUNS_AWAY = 1e4

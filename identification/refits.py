@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from .evidence import delta_bic
-from .extend import extend, extended_model, thinned, without
-from .fit import CRAWL, Fit, solve
+from .extend import extend, extended_model, thinned, without, worst_ratio
+from .fit import CRAWL, DOMINATED, Fit, solve
 from .screen import Candidate, alikeness, screen
 from .standing import MISFIT_SHOWN, misfit_chance
 from .swung import is_swung
@@ -19,7 +19,9 @@ from .trial import (
     Trial,
     limit_of,
     may_rival,
+    of_other_kind,
     promising,
+    quietest_first,
     simplest_first,
     with_limits,
     with_other_places,
@@ -37,6 +39,10 @@ not repeated on the whole records either [-]."""
 
 WORTH = 0.2
 """Laws that promise less than this share of the best law's gain are not refitted [-]."""
+
+OTHERS = 1
+"""Laws of the mechanism that are tried where errors of the model dominate and an instrument's gains
+most, or the reverse [-]."""
 
 Progress = Callable[[str], None]
 
@@ -74,13 +80,15 @@ def quick_refits(
     quick: list[tuple[Fit, Candidate]] = []
     worth = [c for c in without_general(open_) if c.gain > WORTH * open_[0].gain]
     chosen = with_other_places(worth if len(worth) > 1 else open_[:2], open_, TRIALS)
+    others = of_other_kind(open_, OTHERS) if worst_ratio(fit) > DOMINATED else []
+    chosen += [c for c in others if c not in chosen]
     done: Candidate | None = None  # one that leaves no misfit
     least = 0.0 if misfit_chance(fit) < MISFIT_SHOWN else UNSHOWN
     promise = promising(fit, chosen, least)
     if not promise:
         return Quick(start, ())
     for candidate in with_limits(promise, open_):
-        if done is not None and not may_rival(candidate, done):
+        if done is not None and candidate not in others and not may_rival(candidate, done):
             continue
         progress(f"trying {candidate.name}")
         quick.append((extend(start, candidate, 10), candidate))
@@ -105,7 +113,8 @@ def whole_refits(fit: Fit, quick: Quick) -> tuple[list[Trial], Quick]:
         quick: a ranking that is not empty.
 
     Returns:
-        The trials by falling evidence; and the ranking of those that the best one put aside,
+        The trials by falling evidence, one that leaves far less before them; and the ranking of
+        those that the best one put aside,
         whose turn it is where none of these foretells better.
 
     Source: tests/identification/test_refits.py.
@@ -116,7 +125,7 @@ def whole_refits(fit: Fit, quick: Quick) -> tuple[list[Trial], Quick]:
         whole = replace(one.model, problem=fit.problem, allowances=fit.model.allowances)
         full = solve(whole, one.x, 25, CRAWL)
         found.append(Trial(candidate, full, delta_bic(fit, full)))
-    return simplest_first(found), Quick(quick.start, tuple(aside))
+    return quietest_first(fit, simplest_first(found)), Quick(quick.start, tuple(aside))
 
 
 def _worth_whole(

@@ -39,6 +39,7 @@ from .trial import (
     interval,
     limit_of,
     outdone,
+    quietest_first,
     retold,
     settled,
 )
@@ -306,6 +307,8 @@ class Search:
         for other in others:
             if name in (other.candidate.name, limit_of(other.candidate)):
                 continue  # itself, or one that holds it as its simplest case
+            if quietest_first(self.fit, [other, best])[0] is best:
+                continue  # what it costs says little
             if best.delta_bic - other.delta_bic < AMBIGUOUS:
                 close = contest(own.fit, other.fit)
                 other = replace(other, contest=close)

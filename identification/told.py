@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from .allowance import Allowance
-from .causes import numbers_at
 from .extend import calmed, extended_model, thinned, worst_ratio
 from .fit import DOMINATED, Fit, fit_base, learn_noise, solve
 from .free import Entry
@@ -16,8 +15,9 @@ from .motions import with_scales
 from .prepare import Prepared
 from .problem import Model
 from .screen import Candidate, screen
+from .sliding import in_place_of_spring
 from .starts import told_start
-from .trial import with_other_places, without_general
+from .trial import of_other_kind, with_other_places, without_general
 
 MOST = 2
 """Laws that are tried from there [-]."""
@@ -176,16 +176,8 @@ def told_trials(
     worth = [c for c in without_general(found) if c.gain > WORTH * found[0].gain]
     near = [c for c in worth[MOST : 2 * MOST] if c.gain > NEARLY * found[0].gain]
     chosen = with_other_places(worth, [c for c in found if c.gain > SEEN], MOST)
-    chosen += [c for c in (*near, *_of_other_kind(worth)) if c not in chosen]
+    chosen += [c for c in (*near, *of_other_kind(worth, MOST)) if c not in chosen]
     return told, chosen + [c for c in found if always(c) and c not in chosen]
-
-
-def _of_other_kind(worth: Sequence[Candidate]) -> list[Candidate]:
-    """The `MOST` best laws of the mechanism where an instrument's is the best one, or the reverse.
-
-    Far from all motions a reading that is out of scale gains as much as what the motions lack.
-    """
-    return [c for c in worth if bool(c.law.slot) != bool(worth[0].law.slot)][:MOST]
 
 
 def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> Fit:
@@ -222,32 +214,9 @@ def _released(model: Model, x: np.ndarray, count: int, bare: Model) -> tuple[Mod
     return whole, np.append(values, x[count:])
 
 
-SLIDES = 0.5
-"""Share of a spring that is tried as the part that slides [-]."""
-
-
 def _begun_with(told: Fit, candidate: Candidate) -> list[np.ndarray]:
-    """Scaled unknowns [-] with a law of the screen's size, or in place of a part of its spring.
-
-    What sticks in small motions is a spring there, which the told stiffness holds already: on top
-    of that, a law that slides in large ones could only do harm.
-    """
+    """Scaled unknowns [-] with a law of the screen's size, or in place of a part of its spring."""
     low = candidate.entry.low / candidate.entry.scale
     shapes = [shape.value / shape.scale for shape in candidate.shapes]
-    found = [np.append(told.x, [max(candidate.step, low), *shapes])]
-    at = [
-        index
-        for name in numbers_at(told, candidate.place, "stiffness")
-        for index, entry in enumerate(told.model.entries)
-        if entry.label == name
-    ]
-    law = candidate.law
-    if not (law.sticks and at):
-        return found
-    (knee,) = candidate.shapes
-    slides = SLIDES * told.value(at[0])
-    for value in law.shapes[0].trials(told.problem.scales[candidate.place]):
-        x = np.append(told.x, [slides * value / candidate.entry.scale, value / knee.scale])
-        x[at] *= 1.0 - SLIDES
-        found.append(x)
-    return found
+    usual = np.append(told.x, [max(candidate.step, low), *shapes])
+    return [usual, *in_place_of_spring(told, candidate)]

@@ -95,6 +95,15 @@ def with_other_places(
     return chosen + [c for c in open_ if c.law.name == worth[0].law.name and c not in chosen]
 
 
+def of_other_kind(open_: Sequence[Candidate], count: int) -> list[Candidate]:
+    """The `count` best laws of the mechanism where an instrument's is the best one, or the reverse.
+
+    Where errors of the model dominate, a reading out of scale or late gains as much as what the
+    motions lack, and constants have made room for that.
+    """
+    return [c for c in open_ if bool(c.law.slot) != bool(open_[0].law.slot)][:count]
+
+
 def interval(trial: Trial) -> float:
     """Longest sampling interval of the channels at a trial's place [s].
 
@@ -144,6 +153,27 @@ def simplest_first(trials: Sequence[Trial]) -> list[Trial]:
                 order.insert(order.index(other) + 1, trial)
                 break
     return order
+
+
+def quietest_first(fit: Fit, trials: Sequence[Trial]) -> list[Trial]:
+    """Trials with the one before all others that leaves by far the least, where there is one.
+
+    Where errors of the model dominate, each channel is weighed by its own, and a law that leaves
+    one channel as wrong as it was may cost the least.
+
+    Args:
+        fit: without any of the laws.
+        trials: those that go first first.
+
+    Source: tests/identification/test_trial.py.
+    """
+    trials = list(trials)
+    if worst_ratio(fit) > DOMINATED:
+        left = [loudness(trial.fit) for trial in trials]
+        best = int(np.argmin(left))
+        if left[best] < QUIETER * left[0]:
+            trials.insert(0, trials.pop(best))
+    return trials
 
 
 def settled(fit: Fit, far: bool) -> Fit:

@@ -9,7 +9,8 @@ import pytest
 from supple.identification.fit import Fit, fit_base
 from supple.identification.problem import make_problem
 from supple.identification.screen import Candidate, screen
-from supple.identification.told import SLIDES, _begun_with, quiet_fit, told_fit
+from supple.identification.sliding import SLIDES
+from supple.identification.told import _begun_with, quiet_fit, told_fit
 from supple.model.law import library
 from tests.identification.benches import STIFFNESS, make_bench
 from tests.identification.conftest import CUBIC

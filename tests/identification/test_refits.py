@@ -10,6 +10,7 @@ from supple.identification import refits, search as searching
 from supple.identification.refits import Quick, quick_refits, whole_refits
 from supple.identification.screen import screen
 from supple.identification.trial import NO_GAIN, Trial
+from tests.identification.test_told import diagnosed
 from tests.identification.test_trial import candidate
 
 
@@ -22,7 +23,7 @@ def plain(monkeypatch):
 
 
 def stand_in(cost: float) -> Any:
-    fit = SimpleNamespace(cost=cost, x=None, problem=None)
+    fit = SimpleNamespace(cost=cost, x=None, problem=None, misfits={})
     fit.model = SimpleNamespace(fit=fit, allowances=None)
     return fit
 
@@ -93,3 +94,19 @@ def test_what_foretells_no_better_hides_nothing_that_does(
     assert [one.candidate for one in search.accepted] == (
         [right.candidate] if verdict == NO_GAIN else []
     )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("bench", "seed", "decibels", "name"),
+    [
+        ("A", 102003, "40", "clubhead/linear_stiffness"),  # a gauge's delay left no misfit either
+        ("A", 102002, "30", "clubhead/linear_stiffness"),  # a gain cost less, and left an encoder
+        ("B", 101001, "30", "sleeve/hysteresis"),  # nearly all of a sleeve's spring gives way
+    ],
+)
+def test_a_bench_whose_cause_others_had_stood_in_for(tmp_path, bench, seed, decibels, name):
+    names, found = diagnosed(tmp_path, "--bench", bench, "--seed", str(seed), "--snr-db", decibels)
+    assert (names, found.status) == ([name], "named")
+    assert found.held_after is not None
+    assert found.held_after.nrmse < 1.25 * found.held_after.noise_floor

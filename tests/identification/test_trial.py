@@ -15,6 +15,8 @@ from supple.identification.trial import (
     Trial,
     has_corners,
     interval,
+    of_other_kind,
+    quietest_first,
     simplest_first,
     with_limits,
     with_other_places,
@@ -114,6 +116,32 @@ def test_an_accepted_law_is_fitted_from_the_rig_too(monkeypatch, dominated, ther
     monkeypatch.setattr(trying, "solve", begun)
     found = trying.retold(cast(Any, here))
     assert (found is not here) is taken
+
+
+@pytest.mark.parametrize(
+    ("left", "dominated", "first"),
+    [
+        ((6000.0, 40.0), True, "linear_stiffness"),
+        ((60.0, 40.0), True, "sensor_gain"),
+        ((6000.0, 40.0), False, "sensor_gain"),
+    ],
+)
+def test_what_leaves_far_less_goes_first_where_errors_dominate(monkeypatch, left, dominated, first):
+    """A gain that left an encoder as wrong as it was cost less than the spring that was there."""
+    monkeypatch.setattr(trying, "loudness", lambda fit: fit)
+    monkeypatch.setattr(trying, "worst_ratio", lambda fit: 6000.0 if dominated else 2.0)
+    laws = ("sensor_gain", "linear_stiffness")
+    trials = [Trial(candidate(law), cast(Any, one), 0.0) for law, one in zip(laws, left)]
+    found = quietest_first(cast(Any, None), trials)
+    assert found[0].candidate.law.name == first and len(found) == 2
+
+
+def test_of_the_other_kind_are_the_best_of_the_mechanism_beside_an_instrument():
+    delay, spring = candidate("sensor_delay", 90.0), candidate("linear_stiffness", 20.0)
+    gain, damping = candidate("sensor_gain", 80.0), candidate("linear_damping", 10.0)
+    assert of_other_kind([delay, gain, spring, damping], 1) == [spring]
+    assert of_other_kind([spring, delay, gain], 2) == [delay, gain]
+    assert of_other_kind([delay, gain], 2) == []
 
 
 def test_only_laws_with_corners_are_tried_with_sharper_ones():
