@@ -35,6 +35,31 @@ class Allowance:
         return tuple(len(block) for block in self.columns)
 
 
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """A told motion as it is believed to have been, and what its errors did.
+
+    What a mechanism makes of errors depends on its constants. By the told motion alone that counts
+    as noise which they could lessen, and they are drawn to where it is least.
+
+    Attributes:
+        inputs: the record's, less estimated errors of what is told, on the simulation's grid,
+            shape (padded, inputs) [SI].
+        moved: for each sensor what these errors did to it by the constants they were estimated
+            with, shapes (n,) [SI].
+
+    Source: errors in variables, Fuller 1987, section 3.2; tests/identification/test_followed.py.
+    """
+
+    inputs: np.ndarray
+    moved: tuple[np.ndarray, ...]
+
+    def fits(self, inputs: np.ndarray, lengths: Sequence[int]) -> bool:
+        """Whether it is of a record with such inputs and sensors [-]: none that was thinned."""
+        same = self.inputs.shape == inputs.shape
+        return same and [len(part) for part in self.moved] == list(lengths)
+
+
 def joined(parts: Sequence[Allowance]) -> Allowance | None:
     """Several allowances of one record as one; None for none."""
     if not parts:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
 from scipy.interpolate import BSpline, CubicSpline
 
 from ..model.chain import DERIVATIVES
-from ..model.plant import numbers_vector
 from ..model.respond import simulate
-from .allowance import Allowance
+from .allowance import Allowance, Followed
+from .linear_laws import is_linear
 from .prepare import Prepared
 from .problem import Model, sample
 from .records import Channel
@@ -28,8 +27,8 @@ ORDER = 5
 def drive_allowances(model: Model, x: np.ndarray) -> dict[str, list[Allowance]]:
     """Errors of every told motion, by record: those of its samples, and its clock.
 
-    A sample's error moves the curve through the samples, and the mechanism without its laws, which
-    is linear, follows; half the sampling rate and a little more is in it.
+    A sample's error moves the curve through the samples, and the mechanism follows, with those of
+    its laws that are linear; half the sampling rate and a little more is in it.
 
     Args:
         model: with its constants.
@@ -42,15 +41,11 @@ def drive_allowances(model: Model, x: np.ndarray) -> dict[str, list[Allowance]]:
     """
     found: dict[str, list[Allowance]] = {}
     for prepared in model.problem.records:
-        for index, port in enumerate(prepared.ports):
-            if DERIVATIVES.get(port.quantity) != 0 or not prepared.drives[index]:
-                continue
-            channel = prepared.record.channel(prepared.drives[index])
-            if np.ptp(channel.values) > 0:
-                numbers = model.numbers(prepared, x)
-                parts = found.setdefault(prepared.name, [])
-                parts.append(_errors(model, prepared, numbers, index, channel))
-                parts += _clock(model, prepared, numbers, index, channel)
+        for index, channel in _told(prepared):
+            z = _of_small(model, prepared, x)
+            parts = found.setdefault(prepared.name, [])
+            parts.append(_errors(model, prepared, z, index, channel))
+            parts += _clock(model, prepared, z, index, channel)
     return found
 
 
@@ -75,18 +70,57 @@ def estimated_errors(
         numbers = (estimates[prepared.name] * allowance.priors)[
             np.array(allowance.kinds) == "drive"
         ]
-        for index, port in enumerate(prepared.ports):
-            if DERIVATIVES.get(port.quantity) != 0 or not prepared.drives[index]:
-                continue
-            channel = prepared.record.channel(prepared.drives[index])
-            if not np.ptp(channel.values) > 0:
-                continue
-            begin = prepared.start / prepared.record.sample_rate
-            times = begin + np.arange(prepared.count) * prepared.step
-            curves, _ = _curves(channel, times)
+        for _, channel in _told(prepared):
+            curves = _along(prepared, channel)[: prepared.count]
             own, numbers = numbers[: curves.shape[1]], numbers[curves.shape[1] :]
             found[prepared.name] = (curves @ own, prepared.step)
     return found
+
+
+def followed_motions(model: Model, estimates: Mapping[str, np.ndarray]) -> dict[str, Followed]:
+    """Told motions less their estimated errors, by record.
+
+    Args:
+        model: with the allowances of `drive_allowances`.
+        estimates: best numbers of each record's allowance, in units of their priors [-].
+
+    Source: tests/identification/test_followed.py.
+    """
+    found = {}
+    for prepared in model.problem.records:
+        if prepared.name not in estimates:
+            continue
+        allowance = model.allowances[prepared.name]
+        ours = np.array(allowance.kinds) == "drive"
+        numbers = (estimates[prepared.name] * allowance.priors)[ours]
+        moved = tuple(block[:, ours] @ numbers for block in allowance.columns)
+        inputs = prepared.inputs.copy()
+        for index, channel in _told(prepared):
+            curves = _along(prepared, channel)
+            own, numbers = numbers[: curves.shape[1]], numbers[curves.shape[1] :]
+            inputs[:, index] += curves @ own
+        if np.any(ours):
+            found[prepared.name] = Followed(inputs, moved)
+    return found
+
+
+def _told(prepared: Prepared) -> list[tuple[int, Channel]]:
+    """Each input that is a told motion which moves, with its channel."""
+    found = []
+    for index, port in enumerate(prepared.ports):
+        if DERIVATIVES.get(port.quantity) == 0 and prepared.drives[index]:
+            channel = prepared.record.channel(prepared.drives[index])
+            if np.ptp(channel.values) > 0:
+                found.append((index, channel))
+    return found
+
+
+def _along(prepared: Prepared, channel: Channel) -> np.ndarray:
+    """Motions on the grid for unit errors, held after the record's end, shape (padded, m)."""
+    begin = prepared.start / prepared.record.sample_rate
+    times = begin + np.arange(prepared.count) * prepared.step
+    curves, _ = _curves(channel, times)
+    return np.concatenate([curves, np.repeat(curves[-1:], len(prepared.inputs) - len(curves), 0)])
 
 
 def told_noise(channel: Channel) -> float:
@@ -108,7 +142,7 @@ def told_noise(channel: Channel) -> float:
 
 
 def _errors(
-    model: Model, prepared: Prepared, numbers: Mapping[str, float], index: int, channel: Channel
+    model: Model, prepared: Prepared, z: np.ndarray, index: int, channel: Channel
 ) -> Allowance:
     """Errors of a told motion's samples, as far as the curve through them carries them on."""
     begin = prepared.start / prepared.record.sample_rate
@@ -117,15 +151,22 @@ def _errors(
     wide = np.zeros((len(times), curves.shape[1]))
     wide[: prepared.count] = curves
     wide[prepared.count :] = curves[-1]
+    # from the start the mechanism rides along with what stands or drifts already
+    still, drift = np.ones(len(times)), times - begin
+    at_first = wide[0], (-3.0 * wide[0] + 4.0 * wide[1] - wide[2]) / (2.0 * prepared.step)
+    riding = [_response(model, prepared, z, index, motion) for motion in (still, drift)]
+    wide = wide - np.outer(still, at_first[0]) - np.outer(drift, at_first[1])
     size = 2 * len(times)
     hat = np.zeros(len(times))
     hat[LEAD] = 1.0  # the curve through it bends before it, too
-    pulse = _response(model, prepared, numbers, index, hat)
+    pulse = _response(model, prepared, z, index, hat)
     motion = np.fft.rfft(wide, size, axis=0)
     columns = []
     for number, sensor in enumerate(prepared.sensors):
         of_pulse = np.fft.rfft(pulse[:, number], size)
         told = np.fft.irfft(of_pulse[:, None] * motion, size, axis=0)[LEAD : LEAD + len(times)]
+        for seen, rate in zip(riding, at_first, strict=True):
+            told += np.outer(seen[:, number], rate)
         columns.append(np.asarray(sample(sensor, told)))
     priors = np.full(curves.shape[1], told_noise(channel) * each)
     return Allowance(("drive",) * curves.shape[1], tuple(columns), priors)
@@ -155,31 +196,47 @@ REACH = 8
 
 
 def _clock(
-    model: Model, prepared: Prepared, numbers: Mapping[str, float], index: int, channel: Channel
+    model: Model, prepared: Prepared, z: np.ndarray, index: int, channel: Channel
 ) -> list[Allowance]:
     delay = channel.tolerance.get("delay", 0.0)
     if delay <= 0:
         return []
     late = -np.gradient(prepared.inputs[:, index], prepared.step)
-    told = _response(model, prepared, numbers, index, late)
+    told = _response(model, prepared, z, index, late)
     columns = tuple(np.asarray(sample(s, told[:, [i]])) for i, s in enumerate(prepared.sensors))
     return [Allowance(("delay",), columns, np.array([delay]))]
 
 
 def _response(
-    model: Model,
-    prepared: Prepared,
-    numbers: Mapping[str, float],
-    index: int,
-    motion: np.ndarray,
+    model: Model, prepared: Prepared, z: np.ndarray, index: int, motion: np.ndarray
 ) -> np.ndarray:
     """Sensors on the grid, shape (padded, sensors), when one input alone moves so [SI]."""
-    bare = replace(model.plant(prepared), law_places=())
-    z = numbers_vector(bare, numbers)
     inputs = np.zeros_like(prepared.inputs)
     inputs[:, index] = motion
-    seen = simulate(bare, 1, z, jnp.asarray(inputs), jnp.asarray(prepared.step), np.zeros((0, 2)))
+    _, step, widths = model.arguments(prepared)
+    seen = simulate(
+        model.plant(prepared), model.substeps(prepared), z, jnp.asarray(inputs), step, widths
+    )
     return np.asarray(seen)[:, :-1]
+
+
+LINEAR = ("numbers", "gain", "delay", "tilt")
+"""Parts of a plant's z by which it answers a small push [-]; strengths of linear laws beside."""
+
+
+def _of_small(model: Model, prepared: Prepared, x: np.ndarray) -> np.ndarray:
+    """The plant's z [SI] as what it answers to a small push is felt by: at rest, its zeros right.
+
+    A law that is not linear answers by where the motion is; it is left out.
+    """
+    plant = model.plant(prepared)
+    z, kept = model.vector(prepared, x), np.zeros(plant.size, dtype=bool)
+    for name in LINEAR:
+        kept[plant.slots[name]] = True
+    kept[plant.slots["strengths"]] = [
+        bool(symbol) or is_linear(law) for _, law, symbol in plant.law_numbers
+    ]
+    return np.where(kept, z, 0.0)
 
 
 def _spline(at: np.ndarray) -> np.ndarray:

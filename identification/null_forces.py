@@ -15,7 +15,7 @@ from ..model.law import Law, Place
 from ..model.law_forces import begun
 from ..model.linear import Array
 from .prepare import Prepared
-from .problem import padded_lanes
+from .slopes import padded_lanes
 
 
 @dataclass(frozen=True, eq=False)

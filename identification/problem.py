@@ -15,7 +15,7 @@ from ..model.mechanism import mechanism_of
 from ..model.plant import Plant, numbers_vector
 from ..model.respond import simulate, still_tangents, tangents
 from ..model.rig import Rig
-from .allowance import Allowance, Marginal, summed_out
+from .allowance import Allowance, Followed, Marginal, summed_out
 from .beside import each
 from .faults import FaultyReading, faulty_readings, misread, misread_along, told_motion
 from .free import Entry, day_entries, drive_entries, nuisance_entries, rig_entries, slot_index
@@ -23,10 +23,7 @@ from .noise import Noise, Trust
 from .prepare import Prepared, Sensor, prepare_all
 from .records import Record
 from .shaft_form import with_shaft_form
-from .slopes import Block, Slopes
-
-LANES = 8
-"""Directions of a Jacobian are padded to a multiple of this, so that few shapes are compiled."""
+from .slopes import Block, Slopes, padded_lanes
 
 LONG = 2048
 """Samples from which a program of the laws that act alone is worth compiling [-]; shorter records
@@ -80,11 +77,6 @@ class Problem:
         return padded_lanes(max(own, default=0) + 2)
 
 
-def padded_lanes(count: int) -> int:
-    """`count` directions filled up to one of few numbers [-]."""
-    return -(-max(count, 1) // LANES) * LANES
-
-
 def make_problem(records: Sequence[Record], rig: Rig) -> Problem:
     """Prepare records for fits of a rig.
 
@@ -117,6 +109,7 @@ class Model:
         fixed: further entries, held at the given values [SI].
         only_opening: whether only what tells the start states counts.
         allowances: by record, what is left open and summed out of whole records.
+        followed: by record, a told motion as it is believed to have been.
     """
 
     problem: Problem
@@ -127,6 +120,7 @@ class Model:
     fixed: tuple[tuple[Entry, float], ...] = ()
     only_opening: bool = False
     allowances: Mapping[str, Allowance] = field(default_factory=dict)
+    followed: Mapping[str, Followed] = field(default_factory=dict)
 
     @cached_property
     def places(self) -> tuple[str, ...]:
@@ -206,7 +200,14 @@ class Model:
 
     def arguments(self, prepared: Prepared) -> tuple:
         """Inputs, sampling interval [s] and widths of one record, as the simulation takes them."""
-        return prepared.inputs, np.asarray(prepared.step), self.widths()
+        followed = self._followed(prepared)
+        inputs = prepared.inputs if followed is None else followed.inputs
+        return inputs, np.asarray(prepared.step), self.widths()
+
+    def _followed(self, prepared: Prepared) -> Followed | None:
+        found = self.followed.get(prepared.name)
+        lengths = [len(sensor.values) for sensor in prepared.sensors]
+        return found if found is not None and found.fits(prepared.inputs, lengths) else None
 
     def grid(self, prepared: Prepared, x: np.ndarray, finer: int = 1) -> np.ndarray:
         """Every sensor on the simulation's grid, shape (padded, sensors + 1) [SI]."""
@@ -215,7 +216,7 @@ class Model:
         return np.asarray(simulate(self.plant(prepared), substeps, z, *self.arguments(prepared)))
 
     def predict(self, x: np.ndarray, finer: int = 1) -> dict[Key, np.ndarray]:
-        """What each channel should have read, by (record, channel) [SI]."""
+        """What each channel should have read by the told motions, by (record, channel) [SI]."""
 
         def read(prepared: Prepared) -> dict[Key, np.ndarray]:
             grid, found = self.grid(prepared, x, finer), {}
@@ -223,6 +224,8 @@ class Model:
                 seen = sample(sensor, grid[:, index])
                 if faults := self.faults(prepared, sensor, x):
                     seen = misread(faults, before(sensor, grid[:, index]), seen, sensor.step)
+                if (followed := self._followed(prepared)) is not None:
+                    seen = seen - followed.moved[index]
                 found[prepared.name, sensor.channel.name] = seen
             return found
 

@@ -23,7 +23,8 @@ from .free import Entry, law_entry, own_shapes, shape_entries
 from .motions import motions
 from .null_forces import Spot, unit_forces
 from .prepare import Prepared
-from .problem import Cause, before, padded_lanes, sample
+from .problem import Cause, before, sample
+from .slopes import padded_lanes
 from .swung import UNIT, is_swung
 
 VISIBLE = 3.0

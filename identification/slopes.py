@@ -14,6 +14,15 @@ WILD = 1e60
 """Largest slope that is taken for one [-]: a motion that runs away has none."""
 
 
+LANES = 8
+"""Directions of a Jacobian are padded to a multiple of this, so that few shapes are compiled."""
+
+
+def padded_lanes(count: int) -> int:
+    """`count` directions filled up to one of few numbers [-]."""
+    return -(-max(count, 1) // LANES) * LANES
+
+
 @dataclass(frozen=True, eq=False)
 class Block:
     """The rows of one record.

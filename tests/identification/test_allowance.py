@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 from supple.identification.allowance import Allowance, joined, marginal_of, summed_out, used
 from supple.identification.drive_error import MOST_ERRORS, drive_allowances, told_noise
 from supple.identification.faults import told_motion
-from supple.identification.fit import solve
+from supple.identification.fit import solve, with_known_starts
 from supple.identification.free import Entry
 from supple.identification.lever import LEVER, lever_allowances
 from supple.identification.noise import Noise
@@ -79,9 +79,25 @@ def driven(tmp_path_factory):
     return model, np.array([entry.value / entry.scale for entry in model.entries])
 
 
-@pytest.mark.parametrize("which", [60, 200])
-def test_the_error_of_one_told_sample_moves_the_sensors_as_that_sample_does(driven, which):
+def held_by_a_spring(model, x, stiffness):
+    """The model with a spring [N/m] at the clubhead in force, and its unknowns."""
+    law = library()["linear_stiffness"]
+    name = "clubhead/linear_stiffness"
+    entry = Entry(name, "strengths", ("clubhead", law.name, ""), None, stiffness, scale=1.0)
+    causes = (("clubhead", law),)
+    return replace(model, entries=(*model.entries, entry), causes=causes), np.append(x, stiffness)
+
+
+@pytest.mark.parametrize(("which", "stiffness"), [(60, 0.0), (200, 0.0), (60, 40.0), (200, 40.0)])
+def test_the_error_of_one_told_sample_moves_the_sensors_as_that_sample_does(
+    driven, which, stiffness
+):
+    """So it does where a law is in force that shifts the resonance."""
     model, x = driven
+    if stiffness:
+        bare = model.predict(x)
+        model, x = held_by_a_spring(model, x, stiffness)
+        assert any(np.ptp(told - bare[key]) > 0 for key, told in model.predict(x).items())
     prepared = next(p for p in model.problem.records if p.record.test == "driven")
     part = drive_allowances(model, x)[prepared.name][0]
     channel = prepared.record.channel(prepared.drives[0])
@@ -105,6 +121,26 @@ def test_the_error_of_one_told_sample_moves_the_sensors_as_that_sample_does(driv
         change = (seen[0] - seen[1]) / size
         column = part.columns[index][:, which - int(near[0])]
         assert column[: len(change)] == pytest.approx(change, abs=1e-6 * np.abs(change).max()), key
+
+
+def test_starts_are_bound_by_the_model_as_it_is_now(driven):
+    """Bound once, before a law was in force, they stood 13 standard deviations off the truth."""
+    model, x = driven
+    far = x * np.where([e.slot == "numbers" for e in model.entries], 1.3, 1.0)
+    once, begun = with_known_starts(model, x)
+    anew, again = with_known_starts(with_known_starts(model, far)[0], x)
+    names = {p.name for p in model.problem.records if not p.free}
+    which = [i for i, e in enumerate(once.entries) if e.slot == "start" and e.record in names]
+    bound = [i for i in which if once.entries[i].prior < model.entries[i].prior]
+    assert bound
+    for i in bound:
+        assert anew.entries[i].prior == pytest.approx(once.entries[i].prior, rel=1e-3)
+        gap = anew.entries[i].center - once.entries[i].center
+        assert abs(gap) < 1e-2 * once.entries[i].prior
+        assert begun[i] * once.entries[i].scale == pytest.approx(once.entries[i].center)
+    others = [i for i in range(len(x)) if i not in which]
+    assert [once.entries[i] for i in others] == [model.entries[i] for i in others]
+    np.testing.assert_array_equal(again[others], x[others])
 
 
 def test_a_feedback_too_fast_for_single_samples_gets_a_smooth_error(driven):
