@@ -20,7 +20,8 @@ class Allowance:
 
     Attributes:
         kinds: what each number is, of length m: ``drive`` (an error of a told motion),
-            ``delay`` (of a told motion's clock) or ``ringing`` (a higher mode's amplitude).
+            ``delay`` (of a told motion's clock), ``ringing`` (a higher mode's amplitude), ``lever``
+            (of a sensor at the head) or ``ripple`` (what a lumped club misses of it).
         columns: for each sensor its response to each number, shapes (n, m) [SI per unit].
         priors: standard deviations of the numbers, shape (m,) [SI].
     """

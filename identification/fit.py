@@ -21,6 +21,7 @@ from .openings import opening_model
 from .prepare import Sensor, coarser
 from .problem import Key, Model, Problem, base_entries, rough_noise
 from .ringing import find_ringing, ringing_allowances
+from .ripple_form import ripple_allowances
 from .starts import has_basins, other_starts
 
 CONVERGED = "The fit has converged."
@@ -324,7 +325,7 @@ def weights_of(fit: Fit, noises: Mapping[Key, Noise]) -> dict[Key, Noise]:
 
 
 def allowances_of(model: Model, fit: Fit) -> dict[str, Allowance]:
-    """What each record leaves open: errors of told motions, and a club's next mode.
+    """What each record leaves open: errors of told motions, a club's next mode, what is lumped.
 
     Args:
         model: with the noise laws that weigh.
@@ -341,6 +342,8 @@ def allowances_of(model: Model, fit: Fit) -> dict[str, Allowance]:
         for name, part in ringing_allowances(model, ringing).items():
             parts.setdefault(name, []).append(part)
     for name, part in lever_allowances(model, fit.x).items():
+        parts.setdefault(name, []).append(part)
+    for name, part in ripple_allowances(model, fit.x, left).items():
         parts.setdefault(name, []).append(part)
     found = {name: joined(some) for name, some in parts.items()}
     return {name: some for name, some in found.items() if some is not None}

@@ -13,6 +13,7 @@ MEANINGS = {
     "delay": "the told motion's clock",
     "lever": "where on the clubhead the sensor sits",
     "ringing": "the club's next mode, rung by a release or a blow",
+    "ripple": "what a lumped club misses of a ripple's response",
 }
 
 

@@ -13,7 +13,7 @@ RISE = 0.1
 """Time over which a ripple grows from nothing once the drive moves [s]."""
 
 MOVES = 0.02
-"""Share of its largest move beyond which a told motion has begun [-]: more than its rounding."""
+"""Share of its largest move beyond which a told motion has surely begun [-]."""
 
 
 def told_column(plant: Plant) -> int | None:
@@ -27,22 +27,24 @@ def rippled(plant: Plant, ripple: Array, inputs: Array, step: Array) -> Array:
 
     Args:
         plant: its inputs are meant.
-        ripple: amplitude [m or rad], frequency [Hz], phase [rad], shape (3,).
+        ripple: amplitude [m or rad], frequency [Hz], phase [rad] and lead [s], shape (4,).
         inputs: shape (t, inputs) [SI].
         step: sampling interval [s].
 
     Returns:
-        ``told + A r(t) sin(2 pi f t + phase)``, r rising to 1 within `RISE`; unchanged where
-        nothing is told by its place.
+        ``told + A r(t) sin(2 pi f t + phase)``, r rising to 1 within `RISE` from a lead before the
+        told motion has gone `MOVES` of its way: when it first stirred, its noise hides. Unchanged
+        where nothing is told by its place.
     """
     column = told_column(plant)
     if column is None:
         return inputs
-    amplitude, frequency, phase = ripple
+    amplitude, frequency, phase, lead = ripple
     told = jax.lax.stop_gradient(inputs[:, column])
     gone = jnp.abs(told - told[0])
     moves = gone > MOVES * jnp.max(gone)
-    begun = jnp.cumsum(jax.lax.cummax(moves.astype(float)))
-    rise = jnp.clip(begun * step / RISE, 0.0, 1.0)
-    wave = jnp.sin(2 * jnp.pi * frequency * step * jnp.arange(len(told)) + phase)
+    times = step * jnp.arange(len(told))
+    begun = jnp.where(jnp.any(moves), times[jnp.argmax(moves)], jnp.inf)
+    rise = jnp.clip((times - begun + lead) / RISE, 0.0, 1.0)
+    wave = jnp.sin(2 * jnp.pi * frequency * times + phase)
     return inputs.at[:, column].add(amplitude * rise * wave)

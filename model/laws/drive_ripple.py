@@ -41,8 +41,10 @@ LAW = Law(
     shapes=(
         Shape("frequency", (0, 0, -1), lambda scales: (10.0, 30.0), sought=_loudest),
         Shape("phase", (0, 0, 0), lambda scales: (0.5 * np.pi,), guess=_phase_in),
+        Shape("lead", (0, 0, 1), lambda scales: (0.03,)),
     ),
-    formula="theta = theta_told + A sin(2 pi f t + phase), rising within 0.1 s of the first move",
+    formula="theta = theta_told + A sin(2 pi f t + phase), rising within 0.1 s, from a lead before "
+    "the told motion has gone 2 % of its way",
     sentence="The {place} shakes about what it is told, with an amplitude of {value}.",
     cure="Look at the drive's current and gears at that frequency, or smooth the command.",
     source="torque ripple of geared servo drives; tests/model/test_ripple.py",

@@ -13,7 +13,7 @@ from supple.model.ripple import RISE, told_column
 from supple.model.robot import PRESETS, Robot
 
 STEP, COUNT, BEGIN = 5e-4, 1200, 200
-SIZE, HERTZ, PHASE = 0.003, 14.0, 0.8
+SIZE, HERTZ, PHASE, LEAD = 0.003, 14.0, 0.8, 0.0203
 WIDTHS = np.zeros((0, 2))
 TIMES = STEP * np.arange(COUNT)
 TOLD = np.where(np.arange(COUNT) < BEGIN, 0.0, 0.3 * np.sin(6.0 * (TIMES - TIMES[BEGIN])) ** 2)
@@ -25,7 +25,7 @@ CHAIN = Plant(
 )
 
 
-def vector(plant: Plant, ripple: tuple[float, float, float]) -> np.ndarray:
+def vector(plant: Plant, ripple: tuple[float, ...]) -> np.ndarray:
     numbers = PRESETS["robo_v_sleeve_50"]
     if plant is CHAIN:
         numbers = dict(zip(plant.mechanism.names, (0.2, 40.0, 0.3), strict=True))
@@ -34,7 +34,7 @@ def vector(plant: Plant, ripple: tuple[float, float, float]) -> np.ndarray:
     return z
 
 
-def seen(plant: Plant, ripple: tuple[float, float, float], told: np.ndarray) -> np.ndarray:
+def seen(plant: Plant, ripple: tuple[float, ...], told: np.ndarray) -> np.ndarray:
     inputs = jnp.asarray(told[:, None])
     return np.asarray(simulate(plant, 1, vector(plant, ripple), inputs, jnp.asarray(STEP), WIDTHS))
 
@@ -42,18 +42,18 @@ def seen(plant: Plant, ripple: tuple[float, float, float], told: np.ndarray) -> 
 def shaken() -> np.ndarray:
     """The told motion with its ripple, put on by hand."""
     begun = np.flatnonzero(np.abs(TOLD) > 0.02 * np.max(TOLD))[0]
-    rise = np.clip((np.arange(COUNT) - begun + 1) * STEP / RISE, 0.0, 1.0)
+    rise = np.clip((TIMES - TIMES[begun] + LEAD) / RISE, 0.0, 1.0)
     return TOLD + SIZE * rise * np.sin(2 * np.pi * HERTZ * TIMES + PHASE)
 
 
 @pytest.mark.parametrize("plant", [ROBOT, CHAIN])
 def test_a_ripple_is_a_told_motion_with_a_tone_on_it(plant):
-    found = seen(plant, (SIZE, HERTZ, PHASE), TOLD)[:, 0]
-    wanted, plain = (seen(plant, (0.0, 0.0, 0.0), told)[:, 0] for told in (shaken(), TOLD))
+    found = seen(plant, (SIZE, HERTZ, PHASE, LEAD), TOLD)[:, 0]
+    wanted, plain = (seen(plant, (0.0, 0.0, 0.0, 0.0), told)[:, 0] for told in (shaken(), TOLD))
     size = np.max(np.abs(wanted))
     np.testing.assert_allclose(found, wanted, atol=1e-9 * size)
     assert np.max(np.abs(plain - wanted)) > 2e-4 * size
-    np.testing.assert_array_equal(seen(plant, (0.0, HERTZ, PHASE), TOLD)[:, 0], plain)
+    np.testing.assert_array_equal(seen(plant, (0.0, HERTZ, PHASE, LEAD), TOLD)[:, 0], plain)
 
 
 def test_what_is_pushed_does_not_ripple():
@@ -61,7 +61,7 @@ def test_what_is_pushed_does_not_ripple():
     z = numbers_vector(plant, dict(zip(plant.mechanism.names, (0.2, 40.0, 0.3), strict=True)))
     inputs, step = jnp.asarray(TOLD[:, None]), jnp.asarray(STEP)
     plain = np.asarray(simulate(plant, 1, z, inputs, step, WIDTHS))
-    z[plant.slots["ripple"]] = (SIZE, HERTZ, PHASE)
+    z[plant.slots["ripple"]] = (SIZE, HERTZ, PHASE, LEAD)
     np.testing.assert_array_equal(np.asarray(simulate(plant, 1, z, inputs, step, WIDTHS)), plain)
     assert told_column(plant) is None
     two = Plant(Robot("driven_arm"), (Port("arm", "angle"), Port("wrist", "angle")), ())
@@ -69,12 +69,12 @@ def test_what_is_pushed_does_not_ripple():
 
 
 def test_derivatives_are_those_of_differences():
-    z, at = vector(ROBOT, (SIZE, HERTZ, PHASE)), ROBOT.slots["ripple"].start
+    z, at = vector(ROBOT, (SIZE, HERTZ, PHASE, LEAD)), ROBOT.slots["ripple"].start
     inputs, step = jnp.asarray(TOLD[:, None]), jnp.asarray(STEP)
-    directions = np.zeros((3, ROBOT.size))
-    directions[np.arange(3), at + np.arange(3)] = 1.0
+    directions = np.zeros((4, ROBOT.size))
+    directions[np.arange(4), at + np.arange(4)] = 1.0
     found = np.asarray(tangents(ROBOT, 1, z, directions, inputs, step, WIDTHS))[:, :, 0]
-    for row in range(3):
+    for row in range(4):
         ends = []
         for move in (1e-6, -1e-6):
             moved = z.copy()
@@ -86,7 +86,7 @@ def test_derivatives_are_those_of_differences():
 
 def test_a_tone_is_found_in_the_errors_of_told_motions_with_a_phase_of_each():
     law, rng = library()["drive_ripple"], np.random.default_rng(4)
-    frequency, phase = law.shapes
+    frequency, phase, _ = law.shapes
     errors = {
         name: (1e-3 * np.sin(2 * np.pi * HERTZ * TIMES + at) + 3e-4 * rng.normal(size=COUNT), STEP)
         for name, at in (("one", 0.4), ("two", -2.0))

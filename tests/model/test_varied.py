@@ -55,7 +55,7 @@ def test_derivatives_are_those_through_all_operations(acting, joints, monkeypatc
     z = numbers_vector(plant, PRESETS["robo_v_sleeve_50"])
     for at, (place, law, part) in enumerate(plant.law_numbers, plant.slots["strengths"].start):
         z[at] = 0.03 if part else ACTING[acting].get((place, law.name), 0.0)
-    z[plant.slots["ripple"]] = (0.002, 14.0, 0.5)
+    z[plant.slots["ripple"]] = (0.002, 14.0, 0.5, 0.03)
     z[plant.slots["delay"]] = 0.3 * STEP
     start = plant.slots["start"]
     z[start.start : start.start + 4] = (0.01, 1e-3, -2e-3, 0.02)
@@ -74,7 +74,7 @@ def test_without_laws_they_are_the_same_too(joints):
     inputs = tuple(Port(joint, "angle") for joint in joints) or (Port("clubhead", "force"),)
     plant = Plant(robot, inputs, sensors, ())
     z = numbers_vector(plant, PRESETS["robo_v_sleeve_50"])
-    z[plant.slots["ripple"]] = (0.002, 14.0, 0.5) if joints else 0.0
+    z[plant.slots["ripple"]] = (0.002, 14.0, 0.5, 0.03) if joints else 0.0
     for slot, value in (("delay", 0.3 * STEP), ("gain", 0.02), ("offset", 0.1), ("start", 1e-3)):
         z[plant.slots[slot]] = value
     directions = np.diag(np.where(np.abs(z) > 0, np.abs(z), 0.1))
