@@ -10,7 +10,7 @@ from scipy.interpolate import BSpline, CubicSpline
 
 from ..model.chain import DERIVATIVES
 from ..model.respond import simulate
-from .allowance import Allowance, Followed
+from .allowance import Allowance, Followed, used
 from .linear_laws import is_linear
 from .prepare import Prepared
 from .problem import Model, sample
@@ -78,7 +78,9 @@ def estimated_errors(
 
 
 def followed_motions(model: Model, estimates: Mapping[str, np.ndarray]) -> dict[str, Followed]:
-    """Told motions less their estimated errors, by record.
+    """Told motions less their estimated errors, by record; where they are of a size for noise.
+
+    Beyond that they are what the model misses, and no motion that was.
 
     Args:
         model: with the allowances of `drive_allowances`.
@@ -91,6 +93,9 @@ def followed_motions(model: Model, estimates: Mapping[str, np.ndarray]) -> dict[
         if prepared.name not in estimates:
             continue
         allowance = model.allowances[prepared.name]
+        sizes = used(prepared.name, allowance, estimates[prepared.name])
+        if any(one.kind == "drive" and one.beyond for one in sizes):
+            continue
         ours = np.array(allowance.kinds) == "drive"
         numbers = (estimates[prepared.name] * allowance.priors)[ours]
         moved = tuple(block[:, ours] @ numbers for block in allowance.columns)

@@ -273,13 +273,13 @@ def _own_of_laws(fit: Fit, problem: Problem) -> list[Entry]:
             continue
         told = held_out(without(fit, place, law), problem).fit
         guessed = own_shapes(law, place, known, estimated_errors(told.model, told.estimates))
-        found += [replace(phase, center=phase.value, prior=PHASE) for phase in guessed]
+        found += [replace(one, center=one.value, prior=OWN[one.keys[2]]) for one in guessed]
     return found
 
 
-PHASE = 0.05
-"""Standard deviation of a ripple's phase as the whole record shows it [rad]; the record's opening,
-in which the drive hardly moves yet, tells nothing of it."""
+OWN = {"phase": 0.05, "onset": 0.01}
+"""Standard deviations of a ripple's own numbers as the whole record shows them [rad and s]; the
+record's opening, in which the drive hardly moves yet, tells nothing of them."""
 
 
 def _is_of(entry: Entry, place: str, law: Law) -> bool:

@@ -361,7 +361,7 @@ def slot_index(plant: Plant, prepared: Prepared, entry: Entry) -> int | None:
                 return base + index
         return None
     if entry.slot == "ripple":
-        return base + ("", "frequency", "phase", "lead").index(entry.keys[2])
+        return base + ("", "frequency", "phase", "onset").index(entry.keys[2])
     if entry.keys[0].isdigit():
         return base + int(entry.keys[0])
     names = (

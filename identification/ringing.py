@@ -64,11 +64,11 @@ def find_ringing(model: Model, residuals: Mapping[Key, np.ndarray]) -> Ringing |
         if _rings(prepared)
         for sensor in prepared.sensors
         for key in [(prepared.name, sensor.channel.name)]
-        if sensor.channel.sample_rate > 4 * BAND[0] * _clamped(model)
+        if sensor.channel.sample_rate > 4 * BAND[0] * clamped_frequency(model)
     ]
     if not heard:
         return None
-    first = _clamped(model)
+    first = clamped_frequency(model)
     grid = np.arange(BAND[0] * first, BAND[1] * first, 1.0)
     trials = [(sum(h.gain(f, r) for h in heard), f, r) for f in grid for r in RATIOS]
     gain, frequency, ratio = max(trials)
@@ -119,8 +119,11 @@ def _rings(prepared: Prepared) -> bool:
     return prepared.free or prepared.record.test == "impact"
 
 
-def _clamped(model: Model) -> float:
-    """First frequency of the shaft with its head, clamped [Hz], by the rig's own numbers."""
+def clamped_frequency(model: Model) -> float:
+    """First frequency of the shaft with its head, clamped [Hz], by the rig's own numbers.
+
+    Source: tests/identification/test_ripple_form.py.
+    """
     numbers = model.problem.numbers
     return float(np.sqrt(numbers["shaft_stiffness"] / numbers["clubhead_mass"]) / (2 * np.pi))
 

@@ -9,13 +9,16 @@ import numpy as np
 from ..model.robot import Robot
 from .allowance import Allowance
 from .problem import Key, Model
+from .ringing import clamped_frequency
 
-FAR, NEAR = 1.0 / 3.0, 0.03
-"""Standard deviations of what a lumped club misses of a ripple's response, as shares of it [-]: at
-shaft and head, near whose higher modes it shakes, and at the collet next to the drive. Set by hand
-from two sets of an independent finite-element bench, where head and collet were off by 0.09 to 0.16
-and 0.00 to 0.03; a gauge on the shaft shows what is left where first and second mode nearly cancel,
-and was off by 0.1 and 0.8."""
+SECOND = 12.0
+"""Second mode of a clamped shaft with a head, in units of its first [-], see `ringing.BAND`."""
+
+MOST, NEAR = 0.5, 0.15
+"""The most that is allowed at shaft and head, and how much of that at the collet, which is next to
+the drive [-]. Set by hand by two sets of an independent finite-element bench: at 0.5 and 0.7 of the
+second mode's frequency heads were off by 0.1 and 0.2 of the response, collets by 0.03 and less; a
+gauge on the shaft, where the first two modes nearly cancel, by 0.1 and 0.8."""
 
 OUTER = ("shaft", "clubhead")
 """Places beyond the sleeve [-]."""
@@ -47,6 +50,8 @@ def ripple_allowances(
     sizes = [i for i, e in enumerate(entries) if e.slot == "ripple" and not e.keys[2] and x[i]]
     if not sizes or not isinstance(model.problem.mechanism, Robot):
         return {}
+    tones = (i for i, e in enumerate(entries) if e.slot == "ripple" and e.keys[2] == "frequency")
+    far = max(share_missed(model, float(x[i] * entries[i].scale)) for i in tones)
     still, later = x.copy(), x.copy()
     still[sizes] = 0.0
     for i, entry in enumerate(entries):
@@ -67,10 +72,23 @@ def ripple_allowances(
             block = np.zeros((len(tones), total))
             block[:, 2 * index : 2 * index + 2] = tones
             columns.append(block)
-            priors += 2 * [FAR if sensor.port.place in OUTER else NEAR]
+            priors += 2 * [far if sensor.port.place in OUTER else NEAR * far]
         found[prepared.name] = Allowance(("ripple",) * total, tuple(columns), np.array(priors))
     numbers = sum(len(one.priors) for one in found.values())
     return found if gain - numbers * np.log(max(count, 1)) > EVIDENCE else {}
+
+
+def share_missed(model: Model, frequency: float) -> float:
+    """Standard deviation of what a lumped club misses of its response to a tone, as a share [-].
+
+    Args:
+        model: of a robot's club.
+        frequency: of the tone [Hz].
+
+    Source: a mode that is left out adds about the square of the tone's frequency over its own;
+    tests/identification/test_ripple_form.py.
+    """
+    return min((frequency / (SECOND * clamped_frequency(model))) ** 2, MOST)
 
 
 def _gain(tones: np.ndarray, white: np.ndarray) -> float:

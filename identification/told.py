@@ -97,7 +97,7 @@ def told_fit(fit: Fit) -> Fit:
     Args:
         fit: of a model whose errors dominate what is found.
     """
-    plain = replace(fit.model, noises=learn_noise(fit), allowances=_told_motions(fit))
+    plain = replace(fit.model, noises=learn_noise(fit), allowances=_told_motions(fit), followed={})
     x = told_start(fit.model, fit.x)
     calm = quiet_fit(fit)
     if calm is not None:

@@ -19,8 +19,8 @@ class Plant:
 
     A plant is static: everything that varies is in the vector `z`, laid out as numbers of the
     mechanism, strengths of the laws, start state, offsets of inputs, offsets, errors of
-    gain, delays and tilts of sensors, amplitude, frequency, phase and lead of a drive's ripple, and
-    since when it has moved; each in SI units.
+    gain, delays and tilts of sensors, amplitude, frequency, phase and onset of a drive's ripple,
+    and since when it has moved; each in SI units.
 
     Attributes:
         mechanism: chain or robot.

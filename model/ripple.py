@@ -1,8 +1,7 @@
-"""What a drive adds to a told motion: a ripple of one tone, from when it first moves on."""
+"""What a drive adds to a told motion: a ripple of one tone, from when it sets in."""
 
 from __future__ import annotations
 
-import jax
 import jax.numpy as jnp
 
 from .chain import DERIVATIVES
@@ -10,10 +9,7 @@ from .linear import Array
 from .plant import Plant
 
 RISE = 0.1
-"""Time over which a ripple grows from nothing once the drive moves [s]."""
-
-MOVES = 0.02
-"""Share of its largest move beyond which a told motion has surely begun [-]."""
+"""Time over which a ripple grows from nothing once it sets in [s]."""
 
 
 def told_column(plant: Plant) -> int | None:
@@ -27,24 +23,19 @@ def rippled(plant: Plant, ripple: Array, inputs: Array, step: Array) -> Array:
 
     Args:
         plant: its inputs are meant.
-        ripple: amplitude [m or rad], frequency [Hz], phase [rad] and lead [s], shape (4,).
+        ripple: amplitude [m or rad], frequency [Hz], phase [rad] and onset [s], shape (4,).
         inputs: shape (t, inputs) [SI].
         step: sampling interval [s].
 
     Returns:
-        ``told + A r(t) sin(2 pi f t + phase)``, r rising to 1 within `RISE` from a lead before the
-        told motion has gone `MOVES` of its way: when it first stirred, its noise hides. Unchanged
-        where nothing is told by its place.
+        ``told + A r(t) sin(2 pi f t + phase)``, r rising to 1 within `RISE` from the onset on;
+        unchanged where nothing is told by its place.
     """
     column = told_column(plant)
     if column is None:
         return inputs
-    amplitude, frequency, phase, lead = ripple
-    told = jax.lax.stop_gradient(inputs[:, column])
-    gone = jnp.abs(told - told[0])
-    moves = gone > MOVES * jnp.max(gone)
-    times = step * jnp.arange(len(told))
-    begun = jnp.where(jnp.any(moves), times[jnp.argmax(moves)], jnp.inf)
-    rise = jnp.clip((times - begun + lead) / RISE, 0.0, 1.0)
+    amplitude, frequency, phase, onset = ripple
+    times = step * jnp.arange(len(inputs))
+    rise = jnp.clip((times - onset) / RISE, 0.0, 1.0)
     wave = jnp.sin(2 * jnp.pi * frequency * times + phase)
     return inputs.at[:, column].add(amplitude * rise * wave)

@@ -71,3 +71,11 @@ def test_a_record_that_was_thinned_is_read_along_what_was_told(driven):
     assert fit.model.arguments(prepared)[0] is fit.model.followed[prepared.name].inputs
     other = replace(prepared, inputs=prepared.inputs[::2])
     assert fit.model.arguments(other)[0] is other.inputs
+
+
+def test_what_no_noise_explains_is_no_motion_that_was(driven):
+    fit, _ = driven
+    estimates = fit.model.estimates(fit.model.predict(fit.x))
+    assert set(followed_motions(fit.model, estimates)) == set(fit.model.followed)
+    far = {name: 5.0 * values for name, values in estimates.items()}
+    assert followed_motions(fit.model, far) == {}

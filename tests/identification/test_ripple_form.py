@@ -7,7 +7,8 @@ from supple.identification.extend import extend
 from supple.identification.fit import Fit, fit_base, settle
 from supple.identification.problem import make_problem
 from supple.identification.records import read_record
-from supple.identification.ripple_form import FAR, NEAR, ripple_allowances
+from supple.identification.ringing import clamped_frequency
+from supple.identification.ripple_form import MOST, NEAR, SECOND, ripple_allowances, share_missed
 from supple.identification.screen import screen
 from supple.model.rig import read_rig
 from tests.identification.test_told import diagnosed
@@ -49,6 +50,11 @@ def test_what_is_missed_of_its_tone_is_a_share_of_it_in_phase_and_a_quarter_turn
     left = {k: v - 0.3 * (now[k] - still[k]) for k, v in left_of(fit).items()}
     found = ripple_allowances(fit.model, fit.x, left)
     driven = [p for p in fit.problem.records if p.record.test == "driven"]
+    hertz = fit.value(fit.index("drive/drive_ripple.frequency"))
+    second = SECOND * clamped_frequency(fit.model)
+    far = share_missed(fit.model, hertz)
+    assert far == pytest.approx(min((hertz / second) ** 2, MOST))
+    assert share_missed(fit.model, 2 * second) == MOST
     assert set(found) == {p.name for p in driven} and driven
     for prepared in driven:
         allowance = found[prepared.name]
@@ -59,8 +65,8 @@ def test_what_is_missed_of_its_tone_is_a_share_of_it_in_phase_and_a_quarter_turn
             late = len(along) // 2  # long after its rise
             assert np.std(across[late:]) == pytest.approx(np.std(along[late:]), rel=0.05)
             assert abs(np.corrcoef(along[late:], across[late:])[0, 1]) < 0.1
-            wanted = NEAR if sensor.port.place == "collet" else FAR
-            assert list(allowance.priors[2 * number : 2 * number + 2]) == [wanted, wanted]
+            wanted = far * (NEAR if sensor.port.place == "collet" else 1.0)
+            assert allowance.priors[2 * number : 2 * number + 2] == pytest.approx(wanted)
             others = np.delete(allowance.columns[number], [2 * number, 2 * number + 1], axis=1)
             assert not np.any(others)
     assert ripple_allowances(fit.model, none, left) == {}

@@ -13,7 +13,7 @@ from supple.model.ripple import RISE, told_column
 from supple.model.robot import PRESETS, Robot
 
 STEP, COUNT, BEGIN = 5e-4, 1200, 200
-SIZE, HERTZ, PHASE, LEAD = 0.003, 14.0, 0.8, 0.0203
+SIZE, HERTZ, PHASE, ONSET = 0.003, 14.0, 0.8, 0.1203
 WIDTHS = np.zeros((0, 2))
 TIMES = STEP * np.arange(COUNT)
 TOLD = np.where(np.arange(COUNT) < BEGIN, 0.0, 0.3 * np.sin(6.0 * (TIMES - TIMES[BEGIN])) ** 2)
@@ -41,19 +41,18 @@ def seen(plant: Plant, ripple: tuple[float, ...], told: np.ndarray) -> np.ndarra
 
 def shaken() -> np.ndarray:
     """The told motion with its ripple, put on by hand."""
-    begun = np.flatnonzero(np.abs(TOLD) > 0.02 * np.max(TOLD))[0]
-    rise = np.clip((TIMES - TIMES[begun] + LEAD) / RISE, 0.0, 1.0)
+    rise = np.clip((TIMES - ONSET) / RISE, 0.0, 1.0)
     return TOLD + SIZE * rise * np.sin(2 * np.pi * HERTZ * TIMES + PHASE)
 
 
 @pytest.mark.parametrize("plant", [ROBOT, CHAIN])
 def test_a_ripple_is_a_told_motion_with_a_tone_on_it(plant):
-    found = seen(plant, (SIZE, HERTZ, PHASE, LEAD), TOLD)[:, 0]
+    found = seen(plant, (SIZE, HERTZ, PHASE, ONSET), TOLD)[:, 0]
     wanted, plain = (seen(plant, (0.0, 0.0, 0.0, 0.0), told)[:, 0] for told in (shaken(), TOLD))
     size = np.max(np.abs(wanted))
     np.testing.assert_allclose(found, wanted, atol=1e-9 * size)
     assert np.max(np.abs(plain - wanted)) > 2e-4 * size
-    np.testing.assert_array_equal(seen(plant, (0.0, HERTZ, PHASE, LEAD), TOLD)[:, 0], plain)
+    np.testing.assert_array_equal(seen(plant, (0.0, HERTZ, PHASE, ONSET), TOLD)[:, 0], plain)
 
 
 def test_what_is_pushed_does_not_ripple():
@@ -61,7 +60,7 @@ def test_what_is_pushed_does_not_ripple():
     z = numbers_vector(plant, dict(zip(plant.mechanism.names, (0.2, 40.0, 0.3), strict=True)))
     inputs, step = jnp.asarray(TOLD[:, None]), jnp.asarray(STEP)
     plain = np.asarray(simulate(plant, 1, z, inputs, step, WIDTHS))
-    z[plant.slots["ripple"]] = (SIZE, HERTZ, PHASE, LEAD)
+    z[plant.slots["ripple"]] = (SIZE, HERTZ, PHASE, ONSET)
     np.testing.assert_array_equal(np.asarray(simulate(plant, 1, z, inputs, step, WIDTHS)), plain)
     assert told_column(plant) is None
     two = Plant(Robot("driven_arm"), (Port("arm", "angle"), Port("wrist", "angle")), ())
@@ -69,7 +68,7 @@ def test_what_is_pushed_does_not_ripple():
 
 
 def test_derivatives_are_those_of_differences():
-    z, at = vector(ROBOT, (SIZE, HERTZ, PHASE, LEAD)), ROBOT.slots["ripple"].start
+    z, at = vector(ROBOT, (SIZE, HERTZ, PHASE, ONSET)), ROBOT.slots["ripple"].start
     inputs, step = jnp.asarray(TOLD[:, None]), jnp.asarray(STEP)
     directions = np.zeros((4, ROBOT.size))
     directions[np.arange(4), at + np.arange(4)] = 1.0
@@ -86,15 +85,22 @@ def test_derivatives_are_those_of_differences():
 
 def test_a_tone_is_found_in_the_errors_of_told_motions_with_a_phase_of_each():
     law, rng = library()["drive_ripple"], np.random.default_rng(4)
-    frequency, phase, _ = law.shapes
+    frequency, phase, onset = law.shapes
     errors = {
-        name: (1e-3 * np.sin(2 * np.pi * HERTZ * TIMES + at) + 3e-4 * rng.normal(size=COUNT), STEP)
-        for name, at in (("one", 0.4), ("two", -2.0))
+        name: (wave(at, begin) + 3e-4 * rng.normal(size=COUNT), STEP)
+        for name, at, begin in (("one", 0.4, 0.07), ("two", -2.0, 0.2))
     }
-    assert frequency.sought is not None and phase.guess is not None
+    assert frequency.sought is not None and phase.guess is not None and onset.guess is not None
     (found,) = frequency.sought(errors)
     assert found == pytest.approx(HERTZ, abs=0.3)
-    for name, at in (("one", 0.4), ("two", -2.0)):
+    for name, at, begin in (("one", 0.4, 0.07), ("two", -2.0, 0.2)):
         assert phase.guess(*errors[name], (HERTZ,)) == pytest.approx(at, abs=0.1)
+        assert onset.guess(*errors[name], (HERTZ,)) == pytest.approx(begin, abs=0.015)
     still = {"one": (np.zeros(COUNT), STEP)}
     assert frequency.sought(still)[0] > 0.0, "nothing to see is no error"
+    assert 0.0 <= onset.guess(*still["one"], (HERTZ,)) < TIMES[-1]
+
+
+def wave(phase: float, begin: float) -> np.ndarray:
+    rise = np.clip((TIMES - begin) / RISE, 0.0, 1.0)
+    return 1e-3 * rise * np.sin(2 * np.pi * HERTZ * TIMES + phase)
