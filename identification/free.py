@@ -144,7 +144,7 @@ def drive_entries(records: Sequence[Prepared]) -> tuple[Entry, ...]:
     """The unknown zero of each force or torque that drives, one a channel, shared by records.
 
     An amplifier's zero stays from test to test; what is learned of it on some records holds for
-    others.
+    others. A hammer shows its own before and after the blow.
     """
     found: dict[str, Entry] = {}
     for prepared in records:
@@ -152,14 +152,39 @@ def drive_entries(records: Sequence[Prepared]) -> tuple[Entry, ...]:
             if channel.quantity not in FORCES or not np.ptp(channel.values) > 0:
                 continue
             reach = DRIVE_TOLERANCE * float(np.max(np.abs(channel.values)))
-            std = channel.tolerance.get("offset", reach)
-            name = f"{channel.name}.offset"
+            std, zero = channel.tolerance.get("offset", reach), 0.0
+            if prepared.record.test == "impact":
+                zero, known = _shown_zero(channel.values)
+                std = min(std, max(known, LEAST_KNOWN * reach))
+            name, keys, unit = f"{channel.name}.offset", (channel.name,), channel.unit
             entry = Entry(
-                name, "drive", (channel.name,), None, 0.0, scale=std, prior=std, unit=channel.unit
+                name, "drive", keys, None, zero, scale=std, prior=std, center=zero, unit=unit
             )
             if name not in found or found[name].prior < std:
                 found[name] = entry
     return tuple(found.values())
+
+
+LEAST_KNOWN = 1e-4
+"""Share of its usual tolerance to which a hammer's zero is known at best [-]."""
+
+CALM, MOSTLY = 0.05, 0.75
+"""Share of its range within which a hammer reads nothing, and of its samples that must [-]."""
+
+SLOW = 6.0
+"""By how much longer noise takes to average out than white noise [-]: AR(1) of 0.95."""
+
+
+def _shown_zero(values: np.ndarray) -> tuple[float, float]:
+    """What is to be added to a hammer's readings, and its standard deviation [SI].
+
+    Most of them are from before and after the blow; where they are not, nothing is known.
+    """
+    middle = float(np.median(values))
+    if np.mean(np.abs(values - middle) < CALM * np.ptp(values)) < MOSTLY:
+        return 0.0, math.inf
+    noise = 1.4826 * float(np.median(np.abs(values - middle)))
+    return -middle, SLOW * noise / np.sqrt(len(values))
 
 
 def _start_entries(

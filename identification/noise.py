@@ -92,14 +92,23 @@ class Trust:
 SHARE = 0.1
 
 
-def trust_of(values: np.ndarray, count: int) -> Trust:
-    """Weights of a channel, shape (t,), out of its first `count` samples [channel's unit]."""
+def trust_of(values: np.ndarray, count: int, moving: bool = False) -> Trust:
+    """Weights of a channel, shape (t,), out of its first `count` samples [channel's unit].
+
+    Args:
+        values: its samples, shape (t,).
+        count: how many of them tell a start state [-].
+        moving: whether it has moved before the first of them, as behind a blow that is told.
+
+    Source: tests/identification/test_noise.py.
+    """
     known = values[: max(count, 8)]
     steps = np.diff(np.unique(values))
     # a coarse instrument that has not yet moved shows no noise at all
     coarse = float(np.min(steps)) / np.sqrt(12.0) if len(steps) else 0.0
     noise = max(float(np.std(np.diff(known, 3)) / np.sqrt(20.0)), coarse)
-    moved = np.maximum.accumulate(np.abs(values - values[0]))
+    rest = np.median(values) if moving else values[0]
+    moved = np.maximum.accumulate(np.abs(values - rest))
     return Trust(noise + SHARE * moved + 1e-12 * np.max(np.abs(known)) + 1e-300)
 
 

@@ -21,7 +21,9 @@ def opening_model(model: Model) -> Model:
     """
     records = tuple(opening(p) if p.count > MANY else p for p in model.problem.records)
     trust = {
-        (p.name, s.channel.name): trust_of(s.values, int(np.sum(s.times <= p.opening)))
+        (p.name, s.channel.name): trust_of(
+            s.values, int(np.sum(s.times <= p.opening)), bool(s.times[0] > s.step)
+        )
         for p in records
         for s in p.sensors
     }

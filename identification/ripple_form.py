@@ -14,7 +14,7 @@ from .ringing import clamped_frequency
 SECOND = 12.0
 """Second mode of a clamped shaft with a head, in units of its first [-], see `ringing.BAND`."""
 
-MOST, NEAR = 0.5, 0.15
+MOST, NEAR = 0.5, 0.05
 """The most that is allowed at shaft and head, and how much of that at the collet, which is next to
 the drive [-]. Set by hand by two sets of an independent finite-element bench: at 0.5 and 0.7 of the
 second mode's frequency heads were off by 0.1 and 0.2 of the response, collets by 0.03 and less; a

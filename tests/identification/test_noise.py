@@ -171,6 +171,14 @@ def test_trust_falls_with_how_far_things_have_moved():
     assert trust.whiten(values) == pytest.approx(values / trust.std)
 
 
+def test_what_has_moved_before_its_first_sample_is_trusted_no_more_there():
+    """A head that a told blow had thrown was taken for still, and its ringing for a start."""
+    values = 3.0 + np.cos(0.2 * np.arange(400)) + 0.01 * draw((), 6, 400)
+    still, moving = (trust_of(values, 100, moving).std for moving in (False, True))
+    assert still[0] < 0.02 and moving[0] == pytest.approx(0.1, rel=0.2)
+    assert moving[-1] == pytest.approx(0.1, rel=0.2)
+
+
 def test_ljung_box_is_honest_and_awake():
     p_values = [ljung_box(draw((), seed, 500)) for seed in range(200)]
     assert kstest(p_values, "uniform").pvalue > 1e-3
