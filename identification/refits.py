@@ -160,7 +160,8 @@ def exchanged(fit: Fit, trial: Trial, candidates: Sequence[Candidate]) -> list[T
     """Trials of the laws that look like a trial's own, from the constants that it asks for.
 
     Without a cause constants are drawn far away, and the way from there to where a law belongs may
-    be closed to it while it is open to one that is like it.
+    be closed to it while it is open to one that is like it, or that is its simplest case: where
+    errors of the model are left, those that hold the trial's law are tried, too.
 
     Args:
         fit: of the model as grown so far, on the whole records.
@@ -173,8 +174,13 @@ def exchanged(fit: Fit, trial: Trial, candidates: Sequence[Candidate]) -> list[T
     Source: tests/identification/test_exchange.py.
     """
     own = next((c for c in candidates if c.name == trial.candidate.name), trial.candidate)
-    alike = [c for c in candidates if c.name != own.name and alikeness(c, own) > RIVAL]
-    alike = [c for c in alike if limit_of(c) != own.name and limit_of(own) != c.name]
+    far = worst_ratio(trial.fit) > DOMINATED
+    alike = [
+        c
+        for c in candidates
+        if (far if limit_of(c) == own.name else alikeness(c, own) > RIVAL)
+        and c.name not in (own.name, limit_of(own))
+    ]
     if not alike:
         return []
     bare = without(trial.fit, *own.cause)

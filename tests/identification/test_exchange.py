@@ -69,3 +69,17 @@ def test_a_filter_is_no_delay(tmp_path: Path):
     names, found = diagnosed(tmp_path, *lumped("sensor_lowpass", "head_acc", 87000))
     assert found.status == "named" and names == ["head_acc/sensor_lowpass"]
     assert found.final.value(found.final.index(names[0])) == pytest.approx(0.01121, rel=0.03)
+
+
+@pytest.mark.parametrize("far", [True, False])
+def test_what_holds_a_law_as_its_simplest_case_is_tried_where_much_is_left(costs, monkeypatch, far):
+    """A sleeve that slid was called Coulomb friction, with 35 times the noise left."""
+    simple = facing(candidate("coulomb_friction", 900.0, "sleeve"), 1.0, 0.0)
+    general = facing(candidate("hysteresis", 500.0, "sleeve"), 0.0, 1.0)  # by its first step unlike
+    elsewhere = facing(candidate("hysteresis", 500.0, "shaft"), 0.0, 1.0)
+    monkeypatch.setattr(refits, "worst_ratio", lambda fit: 35.0 if far else 2.0)
+    monkeypatch.setattr(refits, "screen", lambda fit, causes: [simple, general])
+    costs.update({"sleeve/hysteresis": 100.0, "shaft/hysteresis": 50.0})
+    trial = Trial(simple, cast(Any, stand_in(200.0)), 4800.0)
+    found = exchanged(cast(Any, stand_in(5000.0)), trial, [simple, general, elsewhere])
+    assert [one.candidate.name for one in found] == (["sleeve/hysteresis"] if far else [])
