@@ -42,7 +42,7 @@ def ripple_allowances(
 
     Returns:
         Allowances by record; none where no ripple is fitted, where the rig is no robot, or where
-        what is left holds no such tone.
+        what is left holds no such tone or is not finite.
 
     Source: tests/identification/test_ripple_form.py.
     """
@@ -50,8 +50,11 @@ def ripple_allowances(
     sizes = [i for i, e in enumerate(entries) if e.slot == "ripple" and not e.keys[2] and x[i]]
     if not sizes or not isinstance(model.problem.mechanism, Robot):
         return {}
-    tones = (i for i, e in enumerate(entries) if e.slot == "ripple" and e.keys[2] == "frequency")
-    far = max(share_missed(model, float(x[i] * entries[i].scale)) for i in tones)
+    far = max(
+        share_missed(model, float(x[i] * entry.scale))
+        for i, entry in enumerate(entries)
+        if entry.slot == "ripple" and entry.keys[2] == "frequency"
+    )
     still, later = x.copy(), x.copy()
     still[sizes] = 0.0
     for i, entry in enumerate(entries):
@@ -67,6 +70,8 @@ def ripple_allowances(
         columns, priors = [], []
         for index, (key, sensor) in enumerate(zip(keys, prepared.sensors, strict=True)):
             tones = np.stack([now[key] - none[key], then[key] - none[key]], axis=1)
+            if not (np.all(np.isfinite(tones)) and np.all(np.isfinite(left[key]))):
+                return {}  # it ran away
             gain += _gain(model.noises[key].whiten(tones), model.noises[key].whiten(left[key]))
             count += len(tones)
             block = np.zeros((len(tones), total))

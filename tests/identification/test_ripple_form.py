@@ -70,6 +70,8 @@ def test_what_is_missed_of_its_tone_is_a_share_of_it_in_phase_and_a_quarter_turn
             others = np.delete(allowance.columns[number], [2 * number, 2 * number + 1], axis=1)
             assert not np.any(others)
     assert ripple_allowances(fit.model, none, left) == {}
+    away = {key: np.full_like(values, np.inf) for key, values in left.items()}
+    assert ripple_allowances(fit.model, fit.x, away) == {}
 
 
 @pytest.mark.slow
