@@ -96,14 +96,6 @@ def within_form(fit: Fit) -> bool:
     return isinstance(fit.problem.mechanism, Robot) and 0.0 < form_share(fit) <= LUMPED
 
 
-def beside_named(fit: Fit) -> float:
-    """What lumped laws may leave of a channel's motion beside named causes [-]; 0 of a chain's.
-
-    Source: tests/identification/test_form.py.
-    """
-    return NEXT if isinstance(fit.problem.mechanism, Robot) else 0.0
-
-
 def within_next(fit: Fit) -> bool:
     """Whether what misfit shows beside named causes is no more than lumped laws leave of real ones.
 

@@ -18,7 +18,7 @@ from .evidence import (
 )
 from .extend import HeldOut, extend, held_out, shown_by, without, worst_ratio
 from .fit import CRAWL, DOMINATED, Fit, polished, settle, solve
-from .form import beside_named, mends_form, within_next
+from .form import mends_form, within_next
 from .problem import Problem
 from .refits import Progress, Quick, exchanged, quick_refits, whole_refits
 from .screen import Candidate, screen
@@ -201,7 +201,7 @@ class Search:
         lenient = shown and not self.accepted
         if unseen is not None and held is not None:
             shows = shown_by(unseen, *trial.candidate.cause)
-            spared = spares(held, unseen, beside_named(fit))
+            spared = spares(held, unseen)
             if not (gains_unseen(held, unseen, lenient) if shows else spared):
                 return replace(trial, verdict=NO_GAIN)
         return replace(trial, verdict="accepted")

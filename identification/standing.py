@@ -43,18 +43,16 @@ SPOILED = 1.1
 held-out records cannot show [-]."""
 
 
-def spares(before: HeldOut, after: HeldOut, form: float = 0.0) -> bool:
+def spares(before: HeldOut, after: HeldOut) -> bool:
     """Whether held-out records that cannot show a law are foretold about as well with it.
 
     Args:
         before: without the law.
         after: with it.
-        form: what the form of laws may leave of a channel's motion beside it [-]: a law that shows
-            in other records lets these say more of the constants.
 
     Source: tests/identification/test_told.py.
     """
-    return after.nrmse**2 < max((SPOILED * before.nrmse) ** 2, before.nrmse**2 + form**2)
+    return after.nrmse < SPOILED * before.nrmse
 
 
 def floor_visibility(fit: Fit, candidate: Candidate) -> float:
