@@ -11,7 +11,7 @@ from .fit import CRAWL, DOMINATED, Fit, solve
 from .screen import Candidate, alikeness, screen
 from .standing import MISFIT_SHOWN, misfit_chance
 from .swung import is_swung
-from .told import from_told, told_trials
+from .told import contact_trials, from_told, told_trials
 from .trial import (
     BETTER,
     RIVAL,
@@ -101,8 +101,18 @@ def quick_refits(
         told, fresh = told_trials(fit, lambda one: swung and is_swung(problem, one.cause))
     for candidate in fresh:
         progress(f"trying {candidate.name} from told constants")
-        quick.append((from_told(told, candidate, start, 15), candidate))
+        quick += _from_told(told, candidate, start)
+    if fresh and not swung and all(worst_ratio(one) > DOMINATED for one, _ in quick):
+        for candidate in contact_trials(told, {one.name for _, one in quick if one in fresh}):
+            progress(f"trying {candidate.name} from told constants")
+            quick += _from_told(told, candidate, start)
     return Quick(start, tuple(sorted(quick, key=lambda pair: pair[0].cost)))
+
+
+def _from_told(told: Fit, candidate: Candidate, start: Fit) -> list[tuple[Fit, Candidate]]:
+    """The quick refit from there with its law; none where it does nothing."""
+    found = from_told(told, candidate, start, 15)
+    return [(found, candidate)] if found is not None else []
 
 
 def whole_refits(fit: Fit, quick: Quick) -> tuple[list[Trial], Quick]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from ..model.law import Law
 from .allowance import Allowance
+from .causes import possible_causes
 from .extend import calmed, extended_model, thinned, worst_ratio
 from .fit import DOMINATED, Fit, fit_base, learn_noise, solve
 from .free import Entry
@@ -17,7 +19,7 @@ from .problem import Model
 from .screen import Candidate, screen
 from .sliding import in_place_of_spring
 from .starts import told_start
-from .trial import of_other_kind, with_other_places, without_general
+from .trial import has_corners, of_other_kind, with_other_places, without_general
 
 MOST = 2
 """Laws that are tried from there [-]."""
@@ -35,6 +37,10 @@ WORTH = 0.5
 SEEN = 10.0
 """Fall of the cost that the best one's law must promise at another place [-]."""
 
+
+NOTHING = 0.01
+"""Share of the cost that a law must take away beside held constants where no step asks for it [-].
+"""
 
 QUIETER = 0.7
 """Loudness of the quieter half of the records, over that of all, from which it is no other test
@@ -164,8 +170,8 @@ def told_trials(
     Returns:
         That fit, and the `MOST` candidates of its screen that gain most, or twice as many where
         they are near each other, the best one's law at every other place where it is seen, and as
-        many of the mechanism where that is an instrument's or the reverse; none where errors of
-        the model do not dominate.
+        many of the mechanism where that is an instrument's, one at least, or the reverse; none
+        where errors of the model do not dominate.
 
     Source: DESIGN's fourth step; tests/identification/test_told.py.
     """
@@ -176,11 +182,38 @@ def told_trials(
     worth = [c for c in without_general(found) if c.gain > WORTH * found[0].gain]
     near = [c for c in worth[MOST : 2 * MOST] if c.gain > NEARLY * found[0].gain]
     chosen = with_other_places(worth, [c for c in found if c.gain > SEEN], MOST)
-    chosen += [c for c in (*near, *of_other_kind(worth, MOST)) if c not in chosen]
+    others = of_other_kind(worth, MOST)
+    if found and found[0].law.slot:  # a drawn-away channel outshines every law of the mechanism
+        others = others or of_other_kind(found, 1)
+    chosen += [c for c in (*near, *others) if c not in chosen]
     return told, chosen + [c for c in found if always(c) and c not in chosen]
 
 
-def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> Fit:
+def contact_trials(told: Fit, tried: Collection[str]) -> list[Candidate]:
+    """Laws of a contact at every joint, for which a small step says little; the best one first.
+
+    Play and what sticks change which share of the load a spring carries: beside constants that
+    have not followed, a law's own slope may even point the other way.
+
+    Args:
+        told: as `told_trials` gives it.
+        tried: names of causes that need no trial any more.
+
+    Returns:
+        The candidates of those laws there that hold all simpler ones, by what they gain.
+
+    Source: tests/identification/test_told.py.
+    """
+    causes = [one for one in possible_causes(told) if _of_contact(one[1])]
+    simpler = {f"{place}/{law.limit}" for place, law in causes if law.limit}
+    return [c for c in screen(told, causes) if c.name not in {*tried, *simpler}]
+
+
+def _of_contact(law: Law) -> bool:
+    return law.kind == "link" and (law.sticks or (not law.signed and has_corners(law)))
+
+
+def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> Fit | None:
     """A quick refit with a law from told constants, weighed at last as `start` is.
 
     First the law's own numbers alone: a constant that is let go too early takes its place.
@@ -190,18 +223,28 @@ def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> 
         candidate: one of its laws.
         start: the quick fit without the law.
         evaluations: budget of each descent.
+
+    Returns:
+        The refit; None for a law that no step asks for and that takes nothing away beside held
+        constants.
     """
     first = thinned(extended_model(told, candidate))
     points = [calmed(first, x, told) for x in _begun_with(told, candidate)]
-    opening = replace(first, horizon=HORIZONS[0])
+    opening, idle = replace(first, horizon=HORIZONS[0]), points[0]
     points = [_constants_held(opening, x, 10) for x in points]
-    x = min(points, key=lambda one: float(np.sum(opening.residual(one) ** 2)))
+    x = min(points, key=lambda one: _cost(opening, one))
     for horizon in HORIZONS[1:]:
         x = _constants_held(replace(first, horizon=horizon), x, 10)
+    if not candidate.gain and _cost(first, x) > (1.0 - NOTHING) * _cost(first, idle):
+        return None
     whole, x = _released(first, x, len(told.x), start.model)
     x = solve(whole, x, 2 * evaluations).x
     model = replace(extended_model(start, candidate), entries=whole.entries)
     return solve(model, x, evaluations)
+
+
+def _cost(model: Model, x: np.ndarray) -> float:
+    return float(np.sum(model.residual(x) ** 2))
 
 
 def _released(model: Model, x: np.ndarray, count: int, bare: Model) -> tuple[Model, np.ndarray]:

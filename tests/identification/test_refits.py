@@ -96,10 +96,31 @@ def test_what_foretells_no_better_hides_nothing_that_does(
     )
 
 
+@pytest.mark.parametrize(("ratio", "tried"), [(50.0, ["play"]), (2.0, [])])
+def test_contacts_are_tried_where_all_else_leaves_errors_that_dominate(monkeypatch, ratio, tried):
+    """A sleeve's dry friction: a slipping shaft was accepted, and what was left had no name."""
+    one, play = candidate("cubic_stiffness", 90.0), candidate("clearance", 0.0)
+    found = stand_in(3000.0)
+    monkeypatch.setattr(refits, "thinned", lambda model: model)
+    monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
+    monkeypatch.setattr(refits, "promising", lambda fit, chosen, least: chosen)
+    monkeypatch.setattr(refits, "misfit_chance", lambda fit: 0.0)
+    monkeypatch.setattr(refits, "worst_ratio", lambda fit: ratio)
+    monkeypatch.setattr(refits, "is_swung", lambda problem, cause: False)
+    monkeypatch.setattr(refits, "extend", lambda fit, law, evaluations: found)
+    monkeypatch.setattr(refits, "told_trials", lambda fit, always: (fit, [one]))
+    monkeypatch.setattr(refits, "contact_trials", lambda told, names: [play])
+    monkeypatch.setattr(refits, "from_told", lambda told, law, start, evaluations: found)
+    quick = quick_refits(stand_in(5000.0), [one], [], lambda words: None)
+    laws = [law.law.name for _, law in quick.tried]
+    assert laws == ["cubic_stiffness", "cubic_stiffness", *("clearance" for _ in tried)]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("bench", "seed", "decibels", "name"),
     [
+        ("A", 101005, "30", "sleeve/hysteresis"),  # dry friction: a shaft that slips stood in
         ("A", 102003, "40", "clubhead/linear_stiffness"),  # a gauge's delay left no misfit either
         ("A", 102002, "30", "clubhead/linear_stiffness"),  # a gain cost less, and left an encoder
         ("B", 101001, "30", "sleeve/hysteresis"),  # nearly all of a sleeve's spring gives way

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -18,7 +19,7 @@ from supple.identification.problem import make_problem
 from supple.identification.records import Record, read_record, split_records
 from supple.identification.screen import screen
 from supple.identification.standing import gains_unseen, spares
-from supple.identification.told import from_told, told_trials
+from supple.identification.told import contact_trials, from_told, told_trials
 from supple.identification.trial import promising
 from supple.model.rig import Rig, read_rig
 from tests.identification.test_trial import candidate
@@ -72,6 +73,7 @@ def test_instruments_hide_nothing_there_and_are_let_go_at_last(ridden):
     assert not theirs & {e.slot for e in told.model.entries}
     start = solve(thinned(ridden.model), ridden.x, 2)
     refit = from_told(told, found[0], start, 2)
+    assert refit is not None
     labels = [e.label for e in ridden.model.entries]
     assert [e.label for e in refit.model.entries][: len(labels)] == labels
     assert refit.model.causes == (found[0].cause,) and refit.cost < start.cost
@@ -232,6 +234,9 @@ def test_what_an_instrument_gains_hides_no_law_of_the_mechanism(monkeypatch):
     found.append(candidate("sensor_gain", 19.0, "encoder"))
     wanted = ["linear_stiffness", "hysteresis", "sensor_gain"]
     assert [one.law.name for one in told_trials(cast(Fit, None))[1]] == wanted
+    found[:] = [candidate("sensor_gain", 900.0, "encoder"), *found[:-1]]  # far beyond them all
+    wanted = ["sensor_gain", "linear_stiffness"]
+    assert [one.law.name for one in told_trials(cast(Fit, None))[1]] == wanted
 
 
 def test_the_best_law_is_tried_wherever_it_is_seen(monkeypatch):
@@ -255,3 +260,24 @@ def test_the_best_law_is_tried_wherever_it_is_seen(monkeypatch):
         ("shaft", "quadratic_damping"),
         ("sleeve", "quadratic_damping"),
     ]
+
+
+def test_laws_of_a_contact_are_tried_where_no_small_step_shows_them(ridden):
+    told, _ = told_trials(ridden)
+    contacts = contact_trials(told, {"sleeve/slip"})
+    names = [one.name for one in contacts]
+    assert {"sleeve/clearance", "sleeve/hysteresis", "shaft/clearance", "shaft/slip"} <= set(names)
+    assert "sleeve/slip" not in names and not any("coulomb" in name for name in names)
+    assert not any(one.law.signed or one.law.slot for one in contacts)
+    assert [one.gain for one in contacts] == sorted((one.gain for one in contacts), reverse=True)
+
+
+def test_a_law_that_does_nothing_beside_held_constants_is_not_refitted(ridden, monkeypatch):
+    from supple.identification import told as module
+
+    told, _ = told_trials(ridden)
+    idle = replace(contact_trials(told, ())[0], gain=0.0, step=0.0)
+    start = solve(thinned(ridden.model), ridden.x, 2)
+    monkeypatch.setattr(module, "_constants_held", lambda model, x, evaluations: x)
+    monkeypatch.setattr(module, "in_place_of_spring", lambda fit, candidate: [])
+    assert from_told(told, idle, start, 2) is None
