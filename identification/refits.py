@@ -13,6 +13,7 @@ from .standing import MISFIT_SHOWN, misfit_chance
 from .swung import is_swung
 from .told import contact_trials, from_told, told_trials
 from .trial import (
+    AMBIGUOUS,
     BETTER,
     RIVAL,
     UNSHOWN,
@@ -205,3 +206,37 @@ def exchanged(fit: Fit, trial: Trial, candidates: Sequence[Candidate]) -> list[T
             full = solve(extended_model(fit, candidate), other.x, 25, CRAWL)
             found.append(Trial(candidate, full, delta_bic(fit, full)))
     return sorted(found, key=lambda one: -one.delta_bic)
+
+
+def elsewhere(fit: Fit, trial: Trial, candidates: Sequence[Candidate]) -> list[Trial]:
+    """Trials of a law at the other places where it may sit as well, from the constants it asks for.
+
+    Springs in a row share a motion; from constants that were drawn away without a cause the way to
+    one of its places may be closed.
+
+    Args:
+        fit: of the model as grown so far, on the whole records.
+        trial: a law of the mechanism that would be accepted.
+        candidates: the screen of `fit`.
+
+    Returns:
+        The trials that explain about as much as it does, by the same weights.
+
+    Source: tests/identification/test_exchange.py.
+    """
+    own = trial.candidate
+    same = [c.cause for c in candidates if c.law.name == own.law.name and c.place != own.place]
+    if own.law.kind != "link" or not same:
+        return []
+    bare = without(trial.fit, *own.cause)
+    bare = solve(bare.model, bare.x, 0)
+    there = screen(bare, [own.cause, *same])
+    least = EXCHANGE * next(c.gain for c in there if c.name == own.name)
+    found = []
+    for candidate in there:
+        if candidate.name != own.name and candidate.gain > least:
+            other = extend(bare, candidate, 40)
+            if other.cost < trial.fit.cost + AMBIGUOUS:
+                full = solve(extended_model(fit, candidate), other.x, 25, CRAWL)
+                found.append(Trial(candidate, full, delta_bic(fit, full)))
+    return found

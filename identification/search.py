@@ -20,11 +20,12 @@ from .extend import HeldOut, extend, held_out, shown_by, without, worst_ratio
 from .fit import CRAWL, DOMINATED, Fit, polished, settle, solve
 from .form import mends_form, within_next
 from .problem import Problem
-from .refits import Progress, Quick, exchanged, quick_refits, whole_refits
+from .refits import Progress, Quick, elsewhere, exchanged, quick_refits, whole_refits
 from .screen import Candidate, screen
 from .standing import MISFIT_SHOWN, gains_unseen, misfit_chance, spares
 from .swung import is_swung
 from .trial import (
+    AMBIGUOUS,
     HALFWAY,
     IDLE,
     LEAST_EVIDENCE,
@@ -65,10 +66,6 @@ model meets a club that is not, many laws take a little, and none of them is the
 
 LEAST_SHARE = 0.5
 """Share of the misfit beyond noise that named causes must explain; otherwise unknown [-]."""
-
-AMBIGUOUS = 6.0
-"""Two laws whose BIC differ by less than this are both named, unless sets that are made of each
-tell them apart [-]."""
 
 REFUTED = 0.01
 """Chance of what was measured, of sets made with a law, below which it is no rival [-]."""
@@ -151,7 +148,10 @@ class Search:
                 if trial.verdict == "accepted":
                     trial = self._simpler(trial, trials)
                     trial, trials = self._exchanged(trial, trials)
-                    rivals = [] if rank else self._rivals(trial, trials)
+                    trial, near = self._placed(trial)
+                    names = {one.candidate.name for one in near}
+                    rest = [] if rank else [t for t in trials if t.candidate.name not in names]
+                    rivals = self._rivals(trial, [*rest, *near])
                     self._accept([trial], rivals)
                     return True
                 alone = not rank and not self.accepted  # later pairs are two stand-ins more
@@ -246,6 +246,18 @@ class Search:
                 self.trials[self.trials.index(trial)] = replace(trial, verdict=TAKEN)
                 return judged, rest
         return trial, trials
+
+    def _placed(self, trial: Trial) -> tuple[Trial, list[Trial]]:
+        """An accepted law at the place where it explains most, and its trials at the others."""
+        near = elsewhere(self.fit, trial, self.left)
+        best = max(near, key=lambda one: one.delta_bic, default=trial)
+        if best.delta_bic > trial.delta_bic:
+            judged = self._judge(best, self.fit)
+            self.trials.append(judged)
+            if judged.verdict == "accepted":
+                self.trials[self.trials.index(trial)] = replace(trial, verdict=TAKEN)
+                return judged, [one for one in near if one is not best] + [trial]
+        return trial, near
 
     def _pair(self, first: Trial) -> bool:
         """A law that gains nothing unseen by itself may do so together with a second one."""

@@ -36,6 +36,11 @@ says: one that trades off with another constant has a wide one, and the records 
 (Hauck and Donner 1977, doi:10.1080/01621459.1977.10479969)."""
 
 
+AMBIGUOUS = 6.0
+"""Two laws whose BIC differ by less than this are both named, unless sets that are made of each
+tell them apart [-]."""
+
+
 @dataclass(frozen=True, eq=False)  # a trial is itself; its arrays have no single truth
 class Trial:
     """A candidate after its full refit.
