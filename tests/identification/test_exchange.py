@@ -8,10 +8,10 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from supple.identification import refits
-from supple.identification.refits import exchanged
+from supple.identification import refits, search as searching
+from supple.identification.refits import elsewhere, exchanged
 from supple.identification.screen import Candidate
-from supple.identification.trial import Trial
+from supple.identification.trial import TAKEN, Trial
 from tests.identification.test_refits import stand_in
 from tests.identification.test_told import diagnosed, lumped
 from tests.identification.test_trial import candidate
@@ -76,10 +76,54 @@ def test_what_holds_a_law_as_its_simplest_case_is_tried_where_much_is_left(costs
     """A sleeve that slid was called Coulomb friction, with 35 times the noise left."""
     simple = facing(candidate("coulomb_friction", 900.0, "sleeve"), 1.0, 0.0)
     general = facing(candidate("hysteresis", 500.0, "sleeve"), 0.0, 1.0)  # by its first step unlike
-    elsewhere = facing(candidate("hysteresis", 500.0, "shaft"), 0.0, 1.0)
+    other = facing(candidate("hysteresis", 500.0, "shaft"), 0.0, 1.0)
     monkeypatch.setattr(refits, "worst_ratio", lambda fit: 35.0 if far else 2.0)
     monkeypatch.setattr(refits, "screen", lambda fit, causes: [simple, general])
     costs.update({"sleeve/hysteresis": 100.0, "shaft/hysteresis": 50.0})
     trial = Trial(simple, cast(Any, stand_in(200.0)), 4800.0)
-    found = exchanged(cast(Any, stand_in(5000.0)), trial, [simple, general, elsewhere])
+    found = exchanged(cast(Any, stand_in(5000.0)), trial, [simple, general, other])
     assert [one.candidate.name for one in found] == (["sleeve/hysteresis"] if far else [])
+
+
+def test_a_law_is_tried_from_its_constants_at_places_that_share_its_motion(costs, monkeypatch):
+    """A fixed club's sleeve had been named as its shaft, whose law was reached first."""
+    shaft = candidate("hysteresis", 6000.0, "shaft")
+    sleeve, wrist = (replace(shaft, place=place) for place in ("sleeve", "wrist"))
+    wrist = replace(wrist, gain=2000.0)  # less than half: it moves otherwise
+    asked: list[str] = []
+
+    def screen(fit: Any, causes: Any) -> list[Candidate]:
+        asked.extend(f"{place}/{law.name}" for place, law in causes)
+        return [shaft, sleeve, wrist]
+
+    monkeypatch.setattr(refits, "screen", screen)
+    unlike = candidate("slip", 6000.0, "sleeve")
+    trial = Trial(shaft, cast(Any, stand_in(200.0)), 4800.0)
+    for cost, wanted in ((100.0, [4900.0]), (203.0, [4797.0]), (300.0, [])):
+        costs["sleeve/hysteresis"] = cost
+        found = elsewhere(cast(Any, stand_in(5000.0)), trial, [shaft, sleeve, wrist, unlike])
+        assert [one.delta_bic for one in found] == wanted
+    assert set(asked) == {"shaft/hysteresis", "sleeve/hysteresis", "wrist/hysteresis"}
+    asked.clear()
+    channel = Trial(candidate("sensor_gain", 9.0, "head"), cast(Any, stand_in(1.0)), 10.0)
+    twin = candidate("sensor_gain", 9.0, "gauge")
+    assert elsewhere(cast(Any, stand_in(5.0)), channel, [channel.candidate, twin]) == []
+    assert asked == []
+
+
+@pytest.mark.parametrize("verdict", ["accepted", "refused"])
+def test_the_place_that_explains_most_is_named_where_it_stands(monkeypatch, verdict):
+    here, there = (candidate("hysteresis", 9.0, place) for place in ("shaft", "sleeve"))
+    first = Trial(here, cast(Any, stand_in(200.0)), 4800.0, verdict="accepted")
+    better = Trial(there, cast(Any, stand_in(100.0)), 4900.0)
+    search = searching.Search(cast(Any, stand_in(5000.0)), None, lambda words: None)
+    search.trials.append(first)
+    monkeypatch.setattr(searching, "elsewhere", lambda fit, trial, left: [better])
+    monkeypatch.setattr(search, "_judge", lambda trial, before: replace(trial, verdict=verdict))
+    trial, near = search._placed(first)
+    if verdict == "accepted":
+        assert trial.candidate is there and near == [first]
+        assert [one.verdict for one in search.trials] == [TAKEN, "accepted"]
+    else:
+        assert trial is first and near == [better]
+        assert [one.verdict for one in search.trials] == ["accepted", "refused"]

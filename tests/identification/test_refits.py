@@ -123,6 +123,7 @@ def test_contacts_are_tried_where_all_else_leaves_errors_that_dominate(monkeypat
         ("A", 101005, "30", "sleeve/hysteresis"),  # dry friction: a shaft that slips stood in
         ("A", 102003, "40", "clubhead/linear_stiffness"),  # a gauge's delay left no misfit either
         ("A", 102002, "30", "clubhead/linear_stiffness"),  # a gain cost less, and left an encoder
+        ("B", 98414, "30", "sleeve/hysteresis"),  # a fixed club's shaft was reached first
         ("B", 101001, "30", "sleeve/hysteresis"),  # nearly all of a sleeve's spring gives way
     ],
 )
