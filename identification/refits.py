@@ -14,7 +14,6 @@ from .swung import is_swung
 from .told import contact_trials, from_told, told_trials
 from .trial import (
     AMBIGUOUS,
-    BETTER,
     RIVAL,
     UNSHOWN,
     Trial,
@@ -180,7 +179,7 @@ def exchanged(fit: Fit, trial: Trial, candidates: Sequence[Candidate]) -> list[T
         candidates: the screen of `fit`.
 
     Returns:
-        The trials that explain more than it does by the same weights.
+        The trials that explain more than it does by the same weights, or about as much.
 
     Source: tests/identification/test_exchange.py.
     """
@@ -202,7 +201,7 @@ def exchanged(fit: Fit, trial: Trial, candidates: Sequence[Candidate]) -> list[T
         if candidate.name == own.name or candidate.gain < least:
             continue
         other = extend(bare, candidate, 25)
-        if other.cost < trial.fit.cost - BETTER:
+        if other.cost < trial.fit.cost + AMBIGUOUS:
             full = solve(extended_model(fit, candidate), other.x, 25, CRAWL)
             found.append(Trial(candidate, full, delta_bic(fit, full)))
     return sorted(found, key=lambda one: -one.delta_bic)

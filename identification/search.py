@@ -36,6 +36,7 @@ from .trial import (
     TAKEN,
     UNSHOWN,
     Trial,
+    best_of_each,
     explains_only,
     interval,
     limit_of,
@@ -147,11 +148,10 @@ class Search:
                 self.trials.append(trial)
                 if trial.verdict == "accepted":
                     trial = self._simpler(trial, trials)
-                    trial, trials = self._exchanged(trial, trials)
+                    trial, alike = self._exchanged(trial)
                     trial, near = self._placed(trial)
-                    names = {one.candidate.name for one in near}
-                    rest = [] if rank else [t for t in trials if t.candidate.name not in names]
-                    rivals = self._rivals(trial, [*rest, *near])
+                    others = [*([] if rank else trials), *alike, *near]
+                    rivals = self._rivals(trial, best_of_each(others))
                     self._accept([trial], rivals)
                     return True
                 alone = not rank and not self.accepted  # later pairs are two stand-ins more
@@ -232,20 +232,22 @@ class Search:
                     return judged
         return trial
 
-    def _exchanged(self, trial: Trial, trials: list[Trial]) -> tuple[Trial, list[Trial]]:
-        """The law that takes an accepted one's part better, from its constants, or that one."""
+    def _exchanged(self, trial: Trial) -> tuple[Trial, list[Trial]]:
+        """The law that takes an accepted one's part better, from its constants, or that one.
+
+        With it those that take its part about as well.
+        """
         self.progress(f"trying what looks like {trial.candidate.name}")
-        for other in exchanged(self.fit, trial, self.left):
-            if other.delta_bic <= trial.delta_bic:
+        alike = exchanged(self.fit, trial, self.left)
+        for other in alike:
+            if other.delta_bic <= trial.delta_bic + AMBIGUOUS:
                 break
             judged = self._judge(other, self.fit)
             self.trials.append(judged)
             if judged.verdict == "accepted":
-                name = judged.candidate.name
-                rest = [one for one in trials if one.candidate.name != name]
                 self.trials[self.trials.index(trial)] = replace(trial, verdict=TAKEN)
-                return judged, rest
-        return trial, trials
+                return judged, [*alike, trial]
+        return trial, alike
 
     def _placed(self, trial: Trial) -> tuple[Trial, list[Trial]]:
         """An accepted law at the place where it explains most, and its trials at the others."""
@@ -256,7 +258,7 @@ class Search:
             self.trials.append(judged)
             if judged.verdict == "accepted":
                 self.trials[self.trials.index(trial)] = replace(trial, verdict=TAKEN)
-                return judged, [one for one in near if one is not best] + [trial]
+                return judged, [*near, trial]
         return trial, near
 
     def _pair(self, first: Trial) -> bool:

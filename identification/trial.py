@@ -160,6 +160,16 @@ def simplest_first(trials: Sequence[Trial]) -> list[Trial]:
     return order
 
 
+def best_of_each(trials: Sequence[Trial]) -> list[Trial]:
+    """Of several trials of one law at one place the one that explains most."""
+    best: dict[str, Trial] = {}
+    for trial in trials:
+        name = trial.candidate.name
+        if name not in best or trial.delta_bic > best[name].delta_bic:
+            best[name] = trial
+    return list(best.values())
+
+
 def quietest_first(fit: Fit, trials: Sequence[Trial]) -> list[Trial]:
     """Trials with the one before all others that leaves by far the least, where there is one.
 

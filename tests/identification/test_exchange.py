@@ -4,12 +4,14 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
 from supple.identification import refits, search as searching
-from supple.identification.refits import elsewhere, exchanged
+from supple.identification.bootstrap import Contest
+from supple.identification.refits import Quick, elsewhere, exchanged
 from supple.identification.screen import Candidate
 from supple.identification.trial import TAKEN, Trial
 from tests.identification.test_refits import stand_in
@@ -35,7 +37,7 @@ def facing(one: Candidate, *column: float) -> Candidate:
     return replace(one, column=np.array(column) / np.linalg.norm(column))
 
 
-def test_only_what_looks_like_a_law_and_explains_more_takes_its_place(costs, monkeypatch):
+def test_only_what_looks_like_a_law_and_explains_as_much_may_take_its_place(costs, monkeypatch):
     late = facing(candidate("sensor_delay", 900.0, "head"), 1.0, 0.0)
     slow = facing(candidate("sensor_lowpass", 850.0, "head"), 1.0, 0.1)
     worse = facing(candidate("servo_lag", 800.0, "drive"), 1.0, 0.2)
@@ -51,9 +53,13 @@ def test_only_what_looks_like_a_law_and_explains_more_takes_its_place(costs, mon
     trial = Trial(late, cast(Any, stand_in(200.0)), 4800.0)
     found = exchanged(cast(Any, stand_in(5000.0)), trial, [late, slow, worse, other])
     assert [(one.candidate.name, one.delta_bic) for one in found] == [
-        ("head/sensor_lowpass", 4900.0)
+        ("head/sensor_lowpass", 4900.0),
+        ("drive/servo_lag", 4795.0),  # none can tell it from the delay
     ]
     assert asked == ["head/sensor_delay", "head/sensor_lowpass", "drive/servo_lag"]
+    costs["drive/servo_lag"] = 207.0
+    found = exchanged(cast(Any, stand_in(5000.0)), trial, [late, slow, worse, other])
+    assert [one.candidate.name for one in found] == ["head/sensor_lowpass"]
 
 
 def test_nothing_looks_like_a_law_nothing_is_computed(costs):
@@ -122,8 +128,32 @@ def test_the_place_that_explains_most_is_named_where_it_stands(monkeypatch, verd
     monkeypatch.setattr(search, "_judge", lambda trial, before: replace(trial, verdict=verdict))
     trial, near = search._placed(first)
     if verdict == "accepted":
-        assert trial.candidate is there and near == [first]
+        assert trial.candidate is there and near == [better, first]
         assert [one.verdict for one in search.trials] == [TAKEN, "accepted"]
     else:
         assert trial is first and near == [better]
         assert [one.verdict for one in search.trials] == ["accepted", "refused"]
+
+
+@pytest.mark.parametrize("better", [4790.0, 4797.0, 4803.0, 4810.0])
+def test_what_explains_as_much_from_the_same_constants_is_a_rival(monkeypatch, better):
+    """A delay had been named as a filter, whose cost was less by 0.6."""
+    slow, late = candidate("sensor_lowpass", 9.0, "head"), candidate("sensor_delay", 9.0, "head")
+    first = Trial(slow, cast(Any, stand_in(200.0)), 4800.0, verdict="accepted")
+    poor = Trial(late, cast(Any, stand_in(240.0)), 4760.0)
+    other = Trial(late, cast(Any, stand_in(5000.0 - better)), better)
+    search = searching.Search(cast(Any, stand_in(5000.0)), None, lambda words: None)
+    accept = Mock()
+    monkeypatch.setattr(
+        searching, "whole_refits", lambda fit, quick: ([first, poor], Quick(fit, ()))
+    )
+    monkeypatch.setattr(searching, "exchanged", lambda fit, trial, left: [other])
+    monkeypatch.setattr(searching, "elsewhere", lambda fit, trial, left: [])
+    monkeypatch.setattr(searching, "contest", lambda one, two: Contest(0.0, 1.0, 1.0, 99))
+    monkeypatch.setattr(search, "_judge", lambda trial, before: replace(trial, verdict="accepted"))
+    monkeypatch.setattr(search, "_accept", accept)
+    assert search._tried(Quick(search.fit, ((search.fit, slow),)))
+    [[best], rivals] = accept.call_args.args
+    assert best.candidate is (late if better > 4806.0 else slow)
+    wanted = [late] if 4794.0 < better < 4806.0 else []
+    assert [one.candidate for one in rivals] == wanted
