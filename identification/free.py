@@ -295,7 +295,7 @@ def law_entry(
         if law.slot == "ripple":
             keys = (place, law.name, "")
         elif law.fault is None:
-            low, high = GAINS if law.slot == "gain" else (-math.inf, math.inf)
+            low, high = GAINS if law.slot == "gain" else (low, high)
         else:
             keys = (place, law.name, "")
     return Entry(name, slot, keys, None, 0.0, low, high, abs(natural), unit=unit, nuisance=False)

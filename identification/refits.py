@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from .evidence import delta_bic
-from .extend import extend, extended_model, thinned, without, worst_ratio
+from .extend import extend, thinned, without, worst_ratio
 from .fit import CRAWL, DOMINATED, Fit, solve
 from .screen import Candidate, alikeness, screen
 from .standing import MISFIT_SHOWN, misfit_chance
@@ -166,7 +166,7 @@ EXCHANGE = 0.5
 from there [-]."""
 
 
-def exchanged(fit: Fit, trial: Trial, candidates: Sequence[Candidate]) -> list[Trial]:
+def exchanged(trial: Trial, candidates: Sequence[Candidate]) -> list[Trial]:
     """Trials of the laws that look like a trial's own, from the constants that it asks for.
 
     Without a cause constants are drawn far away, and the way from there to where a law belongs may
@@ -174,12 +174,11 @@ def exchanged(fit: Fit, trial: Trial, candidates: Sequence[Candidate]) -> list[T
     errors of the model are left, those that hold the trial's law are tried, too.
 
     Args:
-        fit: of the model as grown so far, on the whole records.
         trial: a law that would be accepted.
-        candidates: the screen of `fit`.
+        candidates: the screen without it.
 
     Returns:
-        The trials that explain more than it does by the same weights, or about as much.
+        The trials that explain more than it does, or about as much, by the weights of its own fit.
 
     Source: tests/identification/test_exchange.py.
     """
@@ -202,24 +201,23 @@ def exchanged(fit: Fit, trial: Trial, candidates: Sequence[Candidate]) -> list[T
             continue
         other = extend(bare, candidate, 25)
         if other.cost < trial.fit.cost + AMBIGUOUS:
-            full = solve(extended_model(fit, candidate), other.x, 25, CRAWL)
-            found.append(Trial(candidate, full, delta_bic(fit, full)))
+            gain = trial.delta_bic + delta_bic(trial.fit, other)
+            found.append(Trial(candidate, other, gain))
     return sorted(found, key=lambda one: -one.delta_bic)
 
 
-def elsewhere(fit: Fit, trial: Trial, candidates: Sequence[Candidate]) -> list[Trial]:
+def elsewhere(trial: Trial, candidates: Sequence[Candidate]) -> list[Trial]:
     """Trials of a law at the other places where it may sit as well, from the constants it asks for.
 
     Springs in a row share a motion; from constants that were drawn away without a cause the way to
     one of its places may be closed.
 
     Args:
-        fit: of the model as grown so far, on the whole records.
         trial: a law of the mechanism that would be accepted.
-        candidates: the screen of `fit`.
+        candidates: the screen without it.
 
     Returns:
-        The trials that explain about as much as it does, by the same weights.
+        The trials that explain about as much as it does, by the weights of its own fit, or more.
 
     Source: tests/identification/test_exchange.py.
     """
@@ -236,6 +234,6 @@ def elsewhere(fit: Fit, trial: Trial, candidates: Sequence[Candidate]) -> list[T
         if candidate.name != own.name and candidate.gain > least:
             other = extend(bare, candidate, 40)
             if other.cost < trial.fit.cost + AMBIGUOUS:
-                full = solve(extended_model(fit, candidate), other.x, 25, CRAWL)
-                found.append(Trial(candidate, full, delta_bic(fit, full)))
+                gain = trial.delta_bic + delta_bic(trial.fit, other)
+                found.append(Trial(candidate, other, gain))
     return found

@@ -151,7 +151,7 @@ class Search:
                     trial, alike = self._exchanged(trial)
                     trial, near = self._placed(trial)
                     others = [*([] if rank else trials), *alike, *near]
-                    rivals = self._rivals(trial, best_of_each(others))
+                    rivals = self._rivals(trial, best_of_each(others), [*alike, *near])
                     self._accept([trial], rivals)
                     return True
                 alone = not rank and not self.accepted  # later pairs are two stand-ins more
@@ -238,7 +238,7 @@ class Search:
         With it those that take its part about as well.
         """
         self.progress(f"trying what looks like {trial.candidate.name}")
-        alike = exchanged(self.fit, trial, self.left)
+        alike = exchanged(trial, self.left)
         for other in alike:
             if other.delta_bic <= trial.delta_bic + AMBIGUOUS:
                 break
@@ -251,7 +251,7 @@ class Search:
 
     def _placed(self, trial: Trial) -> tuple[Trial, list[Trial]]:
         """An accepted law at the place where it explains most, and its trials at the others."""
-        near = elsewhere(self.fit, trial, self.left)
+        near = elsewhere(trial, self.left)
         best = max(near, key=lambda one: one.delta_bic, default=trial)
         if best.delta_bic > trial.delta_bic:
             judged = self._judge(best, self.fit)
@@ -309,11 +309,14 @@ class Search:
             self.trials.append(replace(trial, verdict=IDLE))
             self.idle.add(name)
 
-    def _rivals(self, best: Trial, others: Sequence[Trial]) -> list[Trial]:
+    def _rivals(
+        self, best: Trial, others: Sequence[Trial], near: Sequence[Trial] = ()
+    ) -> list[Trial]:
         """Other laws that explain the records as well and cannot be told apart.
 
         A close one is out where sets made with it hardly ever speak for the best one as loudly as
-        the records do, and sets made with the best one do so.
+        the records do, and sets made with the best one do so. Those from `near` are fits of the
+        best one's weights, which know the noise better than any without a cause.
         """
         found = []
         name = best.candidate.name
@@ -324,7 +327,10 @@ class Search:
             if quietest_first(self.fit, [other, best])[0] is best:
                 continue  # what it costs says little
             if best.delta_bic - other.delta_bic < AMBIGUOUS:
-                close = contest(own.fit, other.fit)
+                if any(other is one for one in near):
+                    close = contest(best.fit, _as_weighed(other.fit, best.fit))
+                else:
+                    close = contest(own.fit, other.fit)
                 other = replace(other, contest=close)
                 if close.second < REFUTED <= close.first:
                     self.trials.append(replace(other, verdict=outdone(close, name)))
@@ -358,3 +364,9 @@ class Search:
     def where(self) -> Whereabouts | None:
         """Where what the rig lacks sits, asked without any law."""
         return whereabouts(self.base, self.progress, self.apart)
+
+
+def _as_weighed(fit: Fit, by: Fit) -> Fit:
+    """A fit by the weights of another one."""
+    own = {name: getattr(by.model, name) for name in ("noises", "allowances", "followed")}
+    return solve(replace(fit.model, **own), fit.x, 25, CRAWL)

@@ -11,6 +11,7 @@ LAW = Law(
     dimension=(0, 0, 1),
     natural=lambda scales: 0.1 * scales.time,
     slot="delay",
+    signed=False,  # what is early by more than a clock's tolerance stands for what another lacks
     formula="y(t) = y_true(t - delay)",
     sentence="The channel {place} is late by {value}.",
     cure="Synchronize the clocks, or let the fit shift the channel.",

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, cast
 from unittest.mock import Mock
 
@@ -26,9 +25,6 @@ def costs(monkeypatch) -> dict[str, float]:
     monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
     monkeypatch.setattr(refits, "without", lambda fit, place, law: fit)
     monkeypatch.setattr(refits, "extend", lambda fit, one, evaluations: stand_in(found[one.name]))
-    monkeypatch.setattr(
-        refits, "extended_model", lambda fit, one: SimpleNamespace(fit=stand_in(found[one.name]))
-    )
     monkeypatch.setattr(refits, "delta_bic", lambda before, after: before.cost - after.cost)
     return found
 
@@ -51,14 +47,14 @@ def test_only_what_looks_like_a_law_and_explains_as_much_may_take_its_place(cost
     monkeypatch.setattr(refits, "screen", screen)
     costs.update({"head/sensor_lowpass": 100.0, "drive/servo_lag": 205.0})
     trial = Trial(late, cast(Any, stand_in(200.0)), 4800.0)
-    found = exchanged(cast(Any, stand_in(5000.0)), trial, [late, slow, worse, other])
+    found = exchanged(trial, [late, slow, worse, other])
     assert [(one.candidate.name, one.delta_bic) for one in found] == [
         ("head/sensor_lowpass", 4900.0),
         ("drive/servo_lag", 4795.0),  # none can tell it from the delay
     ]
     assert asked == ["head/sensor_delay", "head/sensor_lowpass", "drive/servo_lag"]
     costs["drive/servo_lag"] = 207.0
-    found = exchanged(cast(Any, stand_in(5000.0)), trial, [late, slow, worse, other])
+    found = exchanged(trial, [late, slow, worse, other])
     assert [one.candidate.name for one in found] == ["head/sensor_lowpass"]
 
 
@@ -66,7 +62,7 @@ def test_nothing_looks_like_a_law_nothing_is_computed(costs):
     one = facing(candidate("gravity", 9.0), 1.0, 0.0)
     other = facing(candidate("cubic_stiffness", 8.0), 0.0, 1.0)
     trial = Trial(one, cast(Any, stand_in(1.0)), 10.0)
-    assert exchanged(cast(Any, stand_in(5.0)), trial, [one, other]) == []
+    assert exchanged(trial, [one, other]) == []
 
 
 @pytest.mark.slow
@@ -87,7 +83,7 @@ def test_what_holds_a_law_as_its_simplest_case_is_tried_where_much_is_left(costs
     monkeypatch.setattr(refits, "screen", lambda fit, causes: [simple, general])
     costs.update({"sleeve/hysteresis": 100.0, "shaft/hysteresis": 50.0})
     trial = Trial(simple, cast(Any, stand_in(200.0)), 4800.0)
-    found = exchanged(cast(Any, stand_in(5000.0)), trial, [simple, general, other])
+    found = exchanged(trial, [simple, general, other])
     assert [one.candidate.name for one in found] == (["sleeve/hysteresis"] if far else [])
 
 
@@ -107,13 +103,13 @@ def test_a_law_is_tried_from_its_constants_at_places_that_share_its_motion(costs
     trial = Trial(shaft, cast(Any, stand_in(200.0)), 4800.0)
     for cost, wanted in ((100.0, [4900.0]), (203.0, [4797.0]), (300.0, [])):
         costs["sleeve/hysteresis"] = cost
-        found = elsewhere(cast(Any, stand_in(5000.0)), trial, [shaft, sleeve, wrist, unlike])
+        found = elsewhere(trial, [shaft, sleeve, wrist, unlike])
         assert [one.delta_bic for one in found] == wanted
     assert set(asked) == {"shaft/hysteresis", "sleeve/hysteresis", "wrist/hysteresis"}
     asked.clear()
     channel = Trial(candidate("sensor_gain", 9.0, "head"), cast(Any, stand_in(1.0)), 10.0)
     twin = candidate("sensor_gain", 9.0, "gauge")
-    assert elsewhere(cast(Any, stand_in(5.0)), channel, [channel.candidate, twin]) == []
+    assert elsewhere(channel, [channel.candidate, twin]) == []
     assert asked == []
 
 
@@ -124,7 +120,7 @@ def test_the_place_that_explains_most_is_named_where_it_stands(monkeypatch, verd
     better = Trial(there, cast(Any, stand_in(100.0)), 4900.0)
     search = searching.Search(cast(Any, stand_in(5000.0)), None, lambda words: None)
     search.trials.append(first)
-    monkeypatch.setattr(searching, "elsewhere", lambda fit, trial, left: [better])
+    monkeypatch.setattr(searching, "elsewhere", lambda trial, left: [better])
     monkeypatch.setattr(search, "_judge", lambda trial, before: replace(trial, verdict=verdict))
     trial, near = search._placed(first)
     if verdict == "accepted":
@@ -147,8 +143,9 @@ def test_what_explains_as_much_from_the_same_constants_is_a_rival(monkeypatch, b
     monkeypatch.setattr(
         searching, "whole_refits", lambda fit, quick: ([first, poor], Quick(fit, ()))
     )
-    monkeypatch.setattr(searching, "exchanged", lambda fit, trial, left: [other])
-    monkeypatch.setattr(searching, "elsewhere", lambda fit, trial, left: [])
+    monkeypatch.setattr(searching, "exchanged", lambda trial, left: [other])
+    monkeypatch.setattr(searching, "elsewhere", lambda trial, left: [])
+    monkeypatch.setattr(searching, "_as_weighed", lambda fit, by: fit)
     monkeypatch.setattr(searching, "contest", lambda one, two: Contest(0.0, 1.0, 1.0, 99))
     monkeypatch.setattr(search, "_judge", lambda trial, before: replace(trial, verdict="accepted"))
     monkeypatch.setattr(search, "_accept", accept)
