@@ -294,9 +294,9 @@ def law_entry(
         slot, keys = ("drive" if is_input else SLOTS.get(law.slot, law.slot)), (place,)
         if law.slot == "ripple":
             keys = (place, law.name, "")
-        elif law.fault is None:
-            low, high = GAINS if law.slot == "gain" else (low, high)
-        else:
+        elif law.slot == "gain":
+            low, high = GAINS
+        elif law.fault is not None:
             keys = (place, law.name, "")
     return Entry(name, slot, keys, None, 0.0, low, high, abs(natural), unit=unit, nuisance=False)
 

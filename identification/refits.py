@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from .evidence import delta_bic
 from .extend import extend, thinned, without, worst_ratio
 from .fit import CRAWL, DOMINATED, Fit, solve
+from .problem import Cause
 from .screen import Candidate, alikeness, screen
 from .standing import MISFIT_SHOWN, misfit_chance
 from .swung import is_swung
@@ -192,17 +193,7 @@ def exchanged(trial: Trial, candidates: Sequence[Candidate]) -> list[Trial]:
     ]
     if not alike:
         return []
-    bare = without(trial.fit, *own.cause)
-    there = screen(solve(bare.model, bare.x, 0), [own.cause, *(c.cause for c in alike)])
-    least = EXCHANGE * next(c.gain for c in there if c.name == own.name)
-    found = []
-    for candidate in there:
-        if candidate.name == own.name or candidate.gain < least:
-            continue
-        other = extend(bare, candidate, 25)
-        if other.cost < trial.fit.cost + AMBIGUOUS:
-            gain = trial.delta_bic + delta_bic(trial.fit, other)
-            found.append(Trial(candidate, other, gain))
+    found = _from_its_constants(trial, [c.cause for c in alike], 25)
     return sorted(found, key=lambda one: -one.delta_bic)
 
 
@@ -225,14 +216,20 @@ def elsewhere(trial: Trial, candidates: Sequence[Candidate]) -> list[Trial]:
     same = [c.cause for c in candidates if c.law.name == own.law.name and c.place != own.place]
     if own.law.kind != "link" or not same:
         return []
+    return _from_its_constants(trial, same, 40)
+
+
+def _from_its_constants(trial: Trial, causes: Sequence[Cause], evaluations: int) -> list[Trial]:
+    """Trials of causes in a trial's place that explain about as much as it does, or more."""
+    own = trial.candidate
     bare = without(trial.fit, *own.cause)
     bare = solve(bare.model, bare.x, 0)
-    there = screen(bare, [own.cause, *same])
+    there = screen(bare, [own.cause, *causes])
     least = EXCHANGE * next(c.gain for c in there if c.name == own.name)
     found = []
     for candidate in there:
-        if candidate.name != own.name and candidate.gain > least:
-            other = extend(bare, candidate, 40)
+        if candidate.name != own.name and candidate.gain >= least:
+            other = extend(bare, candidate, evaluations)
             if other.cost < trial.fit.cost + AMBIGUOUS:
                 gain = trial.delta_bic + delta_bic(trial.fit, other)
                 found.append(Trial(candidate, other, gain))

@@ -242,10 +242,8 @@ class Search:
         for other in alike:
             if other.delta_bic <= trial.delta_bic + AMBIGUOUS:
                 break
-            judged = self._judge(other, self.fit)
-            self.trials.append(judged)
-            if judged.verdict == "accepted":
-                self.trials[self.trials.index(trial)] = replace(trial, verdict=TAKEN)
+            judged = self._judged_instead(other, trial)
+            if judged is not trial:
                 return judged, [*alike, trial]
         return trial, alike
 
@@ -254,12 +252,19 @@ class Search:
         near = elsewhere(trial, self.left)
         best = max(near, key=lambda one: one.delta_bic, default=trial)
         if best.delta_bic > trial.delta_bic:
-            judged = self._judge(best, self.fit)
-            self.trials.append(judged)
-            if judged.verdict == "accepted":
-                self.trials[self.trials.index(trial)] = replace(trial, verdict=TAKEN)
+            judged = self._judged_instead(best, trial)
+            if judged is not trial:
                 return judged, [*near, trial]
         return trial, near
+
+    def _judged_instead(self, other: Trial, trial: Trial) -> Trial:
+        """The other trial, judged, where it is accepted in an accepted one's place, or that one."""
+        judged = self._judge(other, self.fit)
+        self.trials.append(judged)
+        if judged.verdict != "accepted":
+            return trial
+        self.trials[self.trials.index(trial)] = replace(trial, verdict=TAKEN)
+        return judged
 
     def _pair(self, first: Trial) -> bool:
         """A law that gains nothing unseen by itself may do so together with a second one."""

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from supple.identification.faults import FaultyReading, misread, misread_along
+from supple.identification.free import law_entry
 from supple.identification.prepare import coarser, prepare, shortened
 from supple.identification.records import read_record
 from supple.model.law import library
@@ -28,6 +29,20 @@ def fault(name: str, *values: float, open_: bool = True) -> FaultyReading:
 def readings(count: int) -> np.ndarray:
     at = STEP * np.arange(count)
     return np.exp(-2 * at) * np.sin(30 * at) + 0.3 * (at > 0.29)
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [
+        ("sensor_delay", 0.0, np.inf),  # no channel tells what has not happened yet
+        ("sensor_offset", -np.inf, np.inf),
+        ("sensor_gain", -1.0, 1.0),
+        ("sensor_lowpass", 0.0, np.inf),
+    ],
+)
+def test_how_far_a_fault_may_go(name, low, high):
+    entry = law_entry(library()[name], "gauge", 0.01, "s", [])
+    assert (entry.low, entry.high) == (low, high)
 
 
 @pytest.mark.parametrize("name, strength", [("sensor_lowpass", 0.02), ("sensor_highpass", 3.0)])
