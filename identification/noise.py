@@ -183,9 +183,11 @@ def choose_noise(residual: np.ndarray, predicted: np.ndarray) -> tuple[Noise, Mi
     Source: Whittle 1953; tests/identification/test_noise.py.
     """
     frequency, power = periodogram(residual)
+    if not len(power):  # too few to have a spectrum
+        return Noise((), float(np.sqrt(np.mean(residual**2) + 1e-300))), Misfit(1.0, 1.0, 0)
     signal = _smooth(periodogram(predicted - np.mean(predicted))[1])
     moves = signal > 3.0 * _smooth(power)
-    moves = np.convolve(moves, np.ones(5), mode="same") > 0.5
+    moves = _around(moves, 5) > 0.5
     measured = float(np.var(predicted + residual))
     if not moves.any() and float(np.var(residual)) > LOST * measured:
         # the simulation is lost: noise is what the quieter half of the frequencies shows
@@ -232,7 +234,13 @@ def colour_of(residual: np.ndarray) -> Noise:
 
 
 def _smooth(power: np.ndarray) -> np.ndarray:
-    return np.convolve(power, np.ones(9) / 9, mode="same")
+    return _around(power, 9) / 9
+
+
+def _around(values: np.ndarray, width: int) -> np.ndarray:
+    """Sums over so many neighbors, of as many values as there are, however few (k,)."""
+    whole = np.convolve(values, np.ones(width), mode="full")
+    return whole[width // 2 : width // 2 + len(values)]
 
 
 TONE = 1e-6
@@ -245,7 +253,7 @@ def _with_tones(misfit: Misfit, ratio: np.ndarray, where: np.ndarray) -> Misfit:
     chance = min(1.0, len(ratio) * float(np.exp(-min(loudest, 700.0))))
     if chance > TONE:
         return misfit
-    tones = np.convolve(ratio > np.log(len(ratio) / TONE), np.ones(3), mode="same") > 0.5
+    tones = _around(ratio > np.log(len(ratio) / TONE), 3) > 0.5
     whole = _misfit(ratio, where | tones)
     return Misfit(whole.ratio, min(misfit.p_value, chance), whole.bins)
 
@@ -273,7 +281,7 @@ def _best(frequency: np.ndarray, power: np.ndarray, use: np.ndarray) -> Noise:
         noise = fits[int(np.argmin(costs))][1]
         relative = power / noise.spectrum(frequency)
         loud = relative > 12.0
-        loud = loud | (np.convolve(relative > 40.0, np.ones(5), mode="same") > 0.5)
+        loud = loud | (_around(relative > 40.0, 5) > 0.5)
         new = use.astype(bool) & ~loud
         if new.sum() < 24 or np.array_equal(new, keep):
             break

@@ -184,3 +184,11 @@ def test_ljung_box_is_honest_and_awake():
     assert kstest(p_values, "uniform").pvalue > 1e-3
     assert ljung_box(draw((0.4,), 1, 500)) < 1e-6
     assert ljung_box(np.zeros(50)) == 1.0
+
+
+@pytest.mark.parametrize("count", [4, 8, 13, 17, 30])
+def test_a_few_samples_are_enough_to_say_something(count):
+    noise, misfit = choose_noise(draw((), 3, count), 5.0 * np.cos(np.arange(count)))
+    assert 0.0 < noise.std < 10.0
+    assert np.isfinite(misfit.ratio)
+    assert 0.0 <= misfit.p_value <= 1.0
