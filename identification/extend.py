@@ -25,6 +25,12 @@ which costs more than some simulations of what is there."""
 
 LEAST_PERIODS = 6.0
 
+NO_STEP = 0.05
+"""Step of the screen below which it asks for no law [a law's natural strength]."""
+
+UNASKED_STEP = 0.5
+"""Strength that a law is tried with where no step asks for it [its natural strength]."""
+
 
 @dataclass(frozen=True)
 class HeldOut:
@@ -119,7 +125,7 @@ def extend(fit: Fit, candidate: Candidate, evaluations: int = 12) -> Fit:
     step = float(np.clip(candidate.step, -3.0, 3.0))
     starts = [max(step, low)]
     if worst_ratio(fit) > DOMINATED:
-        starts.append(0.5 if abs(step) < 0.05 else float(np.sign(step)))
+        starts.append(UNASKED_STEP if abs(step) < NO_STEP else float(np.sign(step)))
     shapes = [shape.value / shape.scale for shape in candidate.shapes]
     points = [calmed(model, np.append(fit.x, [start, *shapes]), fit) for start in starts]
     if worst_ratio(fit) > DOMINATED:

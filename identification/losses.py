@@ -1,8 +1,8 @@
-"""Another start for a club: what its shaft and its sleeve lose, told the other way round."""
+"""Another start for a club: its shaft and its sleeve, or what they lose, told for each other."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,6 +11,15 @@ from .problem import Model
 
 SPRINGS = ("shaft_stiffness", "sleeve_stiffness")
 DAMPERS = ("shaft_damping", "sleeve_damping")
+
+ENDS = ("shaft", "sleeve")
+"""Places of the two springs in a row."""
+
+NEARER = 3.0
+"""How much likelier a rig must make the other way round, its logarithm [-]."""
+
+LOST = 0.01
+"""Share of what a rig says below which a constant is no farther from it [-]."""
 
 NOUGHT = 2.0
 """Standard deviations from nought within which a part seems to lose nothing [-]."""
@@ -71,7 +80,7 @@ def swapped_losses(model: Model, x: np.ndarray, stds: np.ndarray) -> np.ndarray 
 
     Source: tests/identification/test_losses.py; a head on two springs in a row.
     """
-    at = {e.name: i for i, e in enumerate(model.entries) if e.record is None and not e.nuisance}
+    at = _free(model)
     if not isinstance(model.problem.mechanism, Robot) or not {*SPRINGS, *DAMPERS} <= set(at):
         return None
     value = {name: float(x[i] * model.entries[i].scale) for name, i in at.items()}
@@ -87,3 +96,84 @@ def swapped_losses(model: Model, x: np.ndarray, stds: np.ndarray) -> np.ndarray 
         entry = model.entries[at[name]]
         start[at[name]] = np.clip(size, entry.low, entry.high) / entry.scale
     return start
+
+
+def farness(model: Model, x: np.ndarray) -> float:
+    """How unlikely a rig's guesses make constants of shaft and sleeve, a negative logarithm [-].
+
+    A guess, with bounds far apart, is taken to be right within a factor of e or so: that says next
+    to nothing of a fit, but much of two that explain the records alike.
+
+    Args:
+        model: of a club whose four constants are free; a guess of 0 says nothing.
+        x: scaled unknowns [-].
+    """
+    at = _free(model)
+    away = [
+        np.log(max(x[at[name]] * model.entries[at[name]].scale / told, LOST))
+        for name in (*SPRINGS, *DAMPERS)
+        if (told := model.entries[at[name]].value) > 0.0
+    ]
+    return 0.5 * float(np.sum(np.square(away)))
+
+
+def swapped_ends(model: Model, x: np.ndarray) -> np.ndarray | None:
+    """Start values with all constants of shaft and sleeve told for each other.
+
+    Between them is a grip that weighs little: springs in a row may change places, and the head
+    moves as before. What a rig says of them tells the two ends apart.
+
+    Args:
+        model: of any mechanism.
+        x: where its fit stands, scaled [-].
+
+    Returns:
+        As `x`; nothing where the rig's guesses are no nearer there by `NEARER`, or where one
+        constant of the four is not free in all records.
+
+    Source: tests/identification/test_losses.py; a head on two springs in a row.
+    """
+    at = _free(model)
+    if not isinstance(model.problem.mechanism, Robot) or not {*SPRINGS, *DAMPERS} <= set(at):
+        return None
+    lever = (1.0 + _arm(_values(model, x)) ** 2) / 4.0
+    start = x.copy()
+    for shaft, sleeve in (SPRINGS, DAMPERS):
+        first, second = model.entries[at[shaft]], model.entries[at[sleeve]]
+        sizes = x[at[sleeve]] * second.scale / lever, x[at[shaft]] * first.scale * lever
+        for name, entry, size in zip((shaft, sleeve), (first, second), sizes, strict=True):
+            start[at[name]] = np.clip(size, entry.low, entry.high) / entry.scale
+    return start if farness(model, start) < farness(model, x) - NEARER else None
+
+
+def at_other_end(
+    model: Model, x: np.ndarray, place: str, numbers: Sequence[tuple[float, tuple[int, int, int]]]
+) -> list[float]:
+    """What numbers of a law are where shaft and sleeve are told for each other.
+
+    Args:
+        model: of a robot.
+        x: scaled unknowns [-].
+        place: one of the `ENDS`, where the law is now.
+        numbers: each with the exponents of force, length and time in its unit [SI].
+
+    Returns:
+        The same numbers at the other end [SI].
+
+    Source: tests/identification/test_losses.py.
+    """
+    arm = _arm(_values(model, x))
+    forces, lengths = (arm / 2.0, 1.0 / arm) if place == ENDS[0] else (2.0 / arm, arm)
+    return [value * forces**force * lengths**length for value, (force, length, _) in numbers]
+
+
+def _free(model: Model) -> dict[str, int]:
+    """Where the constants are that all records share, by name."""
+    return {e.name: i for i, e in enumerate(model.entries) if e.record is None and not e.nuisance}
+
+
+def _values(model: Model, x: np.ndarray) -> dict[str, float]:
+    """A robot's numbers by name [SI]."""
+    entries = enumerate(model.entries)
+    own = {e.name: float(x[i] * e.scale) for i, e in entries if e.slot == "numbers"}
+    return {**model.problem.numbers, **own}

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from .evidence import delta_bic
-from .extend import extend, thinned, without, worst_ratio
+from .extend import extend, extended_model, thinned, without, worst_ratio
 from .fit import CRAWL, DOMINATED, Fit, solve
+from .losses import ENDS, at_other_end, farness, swapped_ends
 from .problem import Cause
 from .screen import Candidate, alikeness, screen
 from .standing import MISFIT_SHOWN, misfit_chance
 from .swung import is_swung
-from .told import contact_trials, from_told, told_trials
+from .told import constants_held, from_told, told_trials, unasked_trials
 from .trial import (
     AMBIGUOUS,
     RIVAL,
@@ -104,7 +107,7 @@ def quick_refits(
         progress(f"trying {candidate.name} from told constants")
         quick += _from_told(told, candidate, start)
     if fresh and not swung and all(worst_ratio(one) > DOMINATED for one, _ in quick):
-        for candidate in contact_trials(told, {one.name for _, one in quick if one in fresh}):
+        for candidate in unasked_trials(told, {one.name for _, one in quick if one in fresh}):
             progress(f"trying {candidate.name} from told constants")
             quick += _from_told(told, candidate, start)
     return Quick(start, tuple(sorted(quick, key=lambda pair: pair[0].cost)))
@@ -217,6 +220,47 @@ def elsewhere(trial: Trial, candidates: Sequence[Candidate]) -> list[Trial]:
     if own.law.kind != "link" or not same:
         return []
     return _from_its_constants(trial, same, 40)
+
+
+def ends_swapped(trial: Trial, candidates: Sequence[Candidate]) -> Trial | None:
+    """The trial of a club whose shaft and sleeve are told for each other, its law with them.
+
+    Args:
+        trial: a law that would be accepted.
+        candidates: the screen without it.
+
+    Returns:
+        The trial, by the weights of the fit it stands for, where it explains as much or more and
+        the rig says that this is the right end; None where it says nothing of the kind.
+
+    Source: tests/identification/test_exchange.py.
+    """
+    fit, own = trial.fit, trial.candidate
+    start = swapped_ends(fit.model, fit.x)
+    if start is None or any(place in ENDS for place, _ in fit.model.causes[:-1]):
+        return None
+    model, candidate = fit.model, own
+    if own.place in ENDS:
+        wanted = (ENDS[1 - ENDS.index(own.place)], own.law)
+        found = next((c for c in candidates if c.cause == wanted), None)
+        if found is None:
+            return None
+        candidate = found
+        bare = without(replace(fit, x=start), *own.cause)
+        model = extended_model(bare, candidate)
+        entries = [own.entry, *own.shapes]
+        dimensions = [own.law.dimension, *(shape.dimension for shape in own.law.shapes)]
+        values = [fit.value(fit.index(entry.label)) for entry in entries]
+        there = at_other_end(
+            fit.model, fit.x, own.place, list(zip(values, dimensions, strict=True))
+        )
+        scales = [entry.scale for entry in (candidate.entry, *candidate.shapes)]
+        start = np.append(bare.x, np.divide(there, scales))
+    other = solve(model, constants_held(model, start, 20), 60, CRAWL)
+    nearer = farness(fit.model, fit.x) - farness(model, other.x)
+    if other.cost > fit.cost + 2.0 * nearer:
+        return None
+    return Trial(candidate, other, trial.delta_bic + delta_bic(fit, other))
 
 
 def _from_its_constants(trial: Trial, causes: Sequence[Cause], evaluations: int) -> list[Trial]:

@@ -20,7 +20,15 @@ from .extend import HeldOut, extend, held_out, shown_by, without, worst_ratio
 from .fit import CRAWL, DOMINATED, Fit, polished, settle, solve
 from .form import mends_form, within_next
 from .problem import Problem
-from .refits import Progress, Quick, elsewhere, exchanged, quick_refits, whole_refits
+from .refits import (
+    Progress,
+    Quick,
+    elsewhere,
+    ends_swapped,
+    exchanged,
+    quick_refits,
+    whole_refits,
+)
 from .screen import Candidate, screen
 from .standing import MISFIT_SHOWN, gains_unseen, misfit_chance, spares
 from .swung import is_swung
@@ -150,8 +158,10 @@ class Search:
                     trial = self._simpler(trial, trials)
                     trial, alike = self._exchanged(trial)
                     trial, near = self._placed(trial)
-                    others = [*([] if rank else trials), *alike, *near]
-                    rivals = self._rivals(trial, best_of_each(others), [*alike, *near])
+                    trial, gone = self._at_right_end(trial)
+                    near = [one for one in (*alike, *near) if one.candidate.name != gone]
+                    others = [one for one in trials if not rank and one.candidate.name != gone]
+                    rivals = self._rivals(trial, best_of_each([*others, *near]), near)
                     self._accept([trial], rivals)
                     return True
                 alone = not rank and not self.accepted  # later pairs are two stand-ins more
@@ -256,6 +266,15 @@ class Search:
             if judged is not trial:
                 return judged, [*near, trial]
         return trial, near
+
+    def _at_right_end(self, trial: Trial) -> tuple[Trial, str]:
+        """An accepted law where the rig's guesses put it, of two springs in a row.
+
+        With it the name of the one whose place it takes; that is no rival any more.
+        """
+        other = ends_swapped(trial, self.left)
+        judged = trial if other is None else self._judged_instead(other, trial)
+        return judged, "" if judged is trial else trial.candidate.name
 
     def _judged_instead(self, other: Trial, trial: Trial) -> Trial:
         """The other trial, judged, where it is accepted in an accepted one's place, or that one."""

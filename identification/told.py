@@ -10,7 +10,7 @@ import numpy as np
 from ..model.law import Law
 from .allowance import Allowance
 from .causes import possible_causes
-from .extend import calmed, extended_model, thinned, worst_ratio
+from .extend import NO_STEP, UNASKED_STEP, calmed, extended_model, thinned, worst_ratio
 from .fit import DOMINATED, Fit, fit_base, learn_noise, solve
 from .free import Entry
 from .motions import with_scales
@@ -112,7 +112,7 @@ def told_fit(fit: Fit) -> Fit:
             if entry.slot == "numbers" and entry.label in known:
                 x[index] = known[entry.label] / entry.scale
     plain, x = _instruments_held(plain, x)
-    found = solve(plain, _constants_held(plain, x, 20), 0)
+    found = solve(plain, constants_held(plain, x, 20), 0)
     return replace(found, model=replace(plain, problem=with_scales(plain, found.x)))
 
 
@@ -132,8 +132,17 @@ def _is_of_instrument(entry: Entry) -> bool:
     return entry.nuisance and np.isfinite(entry.prior) and entry.slot not in ("numbers", "start")
 
 
-def _constants_held(model: Model, x: np.ndarray, evaluations: int) -> np.ndarray:
-    """Scaled unknowns [-] of the best fit by all but the rig's shared constants."""
+def constants_held(model: Model, x: np.ndarray, evaluations: int) -> np.ndarray:
+    """Unknowns of the best fit by all but the rig's shared constants.
+
+    Args:
+        model: any.
+        x: where it begins, scaled [-].
+        evaluations: of the residual, at most.
+
+    Returns:
+        Scaled unknowns [-].
+    """
     shared = [i for i, e in enumerate(model.entries) if e.slot == "numbers" and e.record is None]
     own = [i for i in range(len(model.entries)) if i not in set(shared)]
     held = tuple((model.entries[i], float(x[i] * model.scale[i])) for i in shared)
@@ -189,11 +198,12 @@ def told_trials(
     return told, chosen + [c for c in found if always(c) and c not in chosen]
 
 
-def contact_trials(told: Fit, tried: Collection[str]) -> list[Candidate]:
-    """Laws of a contact at every joint, for which a small step says little; the best one first.
+def unasked_trials(told: Fit, tried: Collection[str]) -> list[Candidate]:
+    """Laws of every joint that a small step may not ask for; the best one first.
 
-    Play and what sticks change which share of the load a spring carries: beside constants that
-    have not followed, a law's own slope may even point the other way.
+    Play and what sticks change which share of the load a spring carries, and a loss that grows
+    with the motion is a spring's own damping until that lets it go: beside constants that have not
+    followed, such a law's slope may even point the other way.
 
     Args:
         told: as `told_trials` gives it.
@@ -204,13 +214,16 @@ def contact_trials(told: Fit, tried: Collection[str]) -> list[Candidate]:
 
     Source: tests/identification/test_told.py.
     """
-    causes = [one for one in possible_causes(told) if _of_contact(one[1])]
+    causes = [one for one in possible_causes(told) if _is_unasked(one[1])]
     simpler = {f"{place}/{law.limit}" for place, law in causes if law.limit}
     return [c for c in screen(told, causes) if c.name not in {*tried, *simpler}]
 
 
-def _of_contact(law: Law) -> bool:
-    return law.kind == "link" and (law.sticks or (not law.signed and has_corners(law)))
+def _is_unasked(law: Law) -> bool:
+    if law.kind != "link" or law.signed:
+        return law.kind == "link" and law.sticks
+    loses = law.dissipative and law.memory is None
+    return law.sticks or loses or has_corners(law)
 
 
 def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> Fit | None:
@@ -231,10 +244,10 @@ def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> 
     first = thinned(extended_model(told, candidate))
     points = [calmed(first, x, told) for x in _begun_with(told, candidate)]
     opening, idle = replace(first, horizon=HORIZONS[0]), points[0]
-    points = [_constants_held(opening, x, 10) for x in points]
+    points = [constants_held(opening, x, 10) for x in points]
     x = min(points, key=lambda one: _cost(opening, one))
     for horizon in HORIZONS[1:]:
-        x = _constants_held(replace(first, horizon=horizon), x, 10)
+        x = constants_held(replace(first, horizon=horizon), x, 10)
     if not candidate.gain and _cost(first, x) > (1.0 - NOTHING) * _cost(first, idle):
         return None
     whole, x = _released(first, x, len(told.x), start.model)
@@ -261,5 +274,8 @@ def _begun_with(told: Fit, candidate: Candidate) -> list[np.ndarray]:
     """Scaled unknowns [-] with a law of the screen's size, or in place of a part of its spring."""
     low = candidate.entry.low / candidate.entry.scale
     shapes = [shape.value / shape.scale for shape in candidate.shapes]
-    usual = np.append(told.x, [max(candidate.step, low), *shapes])
-    return [usual, *in_place_of_spring(told, candidate)]
+    steps = [max(candidate.step, low)]
+    if abs(candidate.step) < NO_STEP:
+        steps.append(UNASKED_STEP)
+    begun = [np.append(told.x, [step, *shapes]) for step in steps]
+    return [*begun, *in_place_of_spring(told, candidate)]

@@ -15,6 +15,14 @@ from .linear import Array, Step, moved_grounds
 from .plant import Plant
 
 NEWTON_STEPS = 3
+"""Newton steps that every step of the march takes at least [-]."""
+
+MOST_NEWTON_STEPS = 40
+"""Most that it takes while the last one still moved the forces by more than `SETTLED` [-]: what
+resists with a rate's square settles by halves from far, and left unsettled it drives the motion."""
+
+SETTLED = 1e-3
+"""Share of the largest force [-]; the next step's error is its square."""
 
 MOST_UNROLLED = 16
 """Largest matrix of law forces whose inverse is unrolled [-]; larger ones take long to compile."""
@@ -243,12 +251,19 @@ def law_step(law: Laws, matrices: Step, step: Array) -> Callable[..., tuple[Arra
         f, fixed = hold(guess), hold(base)
         still, past = hold(see), hold(known)
 
-        def newton(_: int, f: Array) -> Array:
+        def newton(now: tuple[Array, Array, Any]) -> tuple[Array, Array, Any]:
+            f, _, count = now
             force, slope = seen_forces(fixed + times(still, f), past)
-            return hold(f - _solved(eye - hold(slope), f - force))
+            move = hold(_solved(eye - hold(slope), f - force))
+            return f - move, move, count + 1
+
+        def unsettled(now: tuple[Array, Array, Any]) -> Array:
+            f, move, count = now
+            far = jnp.max(jnp.abs(move)) > SETTLED * jnp.max(jnp.abs(f))
+            return (count < NEWTON_STEPS - 1) | (far & (count < MOST_NEWTON_STEPS))
 
         # a loop, not three copies: compiling is what a user waits for
-        f = jax.lax.fori_loop(0, NEWTON_STEPS - 1, newton, f)
+        f, *_ = jax.lax.while_loop(unsettled, newton, (f, f, 0))
         # the last step carries the derivatives: exact by the implicit function theorem
         force, slope = seen_forces(base + times(see, f), known)
         move = times(hold(inverse(eye - slope)), f - force)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 from unittest.mock import Mock
 
@@ -10,7 +11,8 @@ import pytest
 
 from supple.identification import refits, search as searching
 from supple.identification.bootstrap import Contest
-from supple.identification.refits import Quick, elsewhere, exchanged
+from supple.identification.free import Entry
+from supple.identification.refits import Quick, elsewhere, ends_swapped, exchanged
 from supple.identification.screen import Candidate
 from supple.identification.trial import TAKEN, Trial
 from tests.identification.test_refits import stand_in
@@ -145,6 +147,7 @@ def test_what_explains_as_much_from_the_same_constants_is_a_rival(monkeypatch, b
     )
     monkeypatch.setattr(searching, "exchanged", lambda trial, left: [other])
     monkeypatch.setattr(searching, "elsewhere", lambda trial, left: [])
+    monkeypatch.setattr(searching, "ends_swapped", lambda trial, left: None)
     monkeypatch.setattr(searching, "_as_weighed", lambda fit, by: fit)
     monkeypatch.setattr(searching, "contest", lambda one, two: Contest(0.0, 1.0, 1.0, 99))
     monkeypatch.setattr(search, "_judge", lambda trial, before: replace(trial, verdict="accepted"))
@@ -154,3 +157,86 @@ def test_what_explains_as_much_from_the_same_constants_is_a_rival(monkeypatch, b
     assert best.candidate is (late if better > 4806.0 else slow)
     wanted = [late] if 4794.0 < better < 4806.0 else []
     assert [one.candidate for one in rivals] == wanted
+
+
+def ended(monkeypatch, verdict: str) -> tuple[list[Trial], list[Trial], list[Trial]]:
+    """A shaft's law and the sleeve's that the rig's guesses ask for, and what is accepted."""
+    here, there = (candidate("quadratic_damping", 9.0, place) for place in ("shaft", "sleeve"))
+    first = Trial(here, cast(Any, stand_in(200.0)), 4800.0, verdict="accepted")
+    other = Trial(there, cast(Any, stand_in(210.0)), 4790.0)
+    search = searching.Search(cast(Any, stand_in(5000.0)), None, lambda words: None)
+    accept = Mock()
+    monkeypatch.setattr(searching, "whole_refits", lambda fit, quick: ([first], Quick(fit, ())))
+    monkeypatch.setattr(searching, "exchanged", lambda trial, left: [])
+    monkeypatch.setattr(searching, "elsewhere", lambda trial, left: [first])
+    monkeypatch.setattr(searching, "ends_swapped", lambda trial, left: other)
+    monkeypatch.setattr(searching, "quietest_first", lambda fit, trials: trials)
+    monkeypatch.setattr(searching, "_as_weighed", lambda fit, by: fit)
+    monkeypatch.setattr(searching, "contest", lambda one, two: Contest(0.0, 1.0, 1.0, 99))
+    judged = {"shaft": "accepted", "sleeve": verdict}
+    monkeypatch.setattr(
+        search,
+        "_judge",
+        lambda trial, before: replace(trial, verdict=judged[trial.candidate.place]),
+    )
+    monkeypatch.setattr(search, "_accept", accept)
+    assert search._tried(Quick(search.fit, ((search.fit, here),)))
+    best, rivals = accept.call_args.args
+    return best, rivals, search.trials
+
+
+def test_the_end_that_the_rig_asks_for_is_named_without_the_other(monkeypatch):
+    """A sleeve's damping by the square had been named as the shaft's, their constants swapped."""
+    [[best], rivals, trials] = ended(monkeypatch, "accepted")
+    assert best.candidate.place == "sleeve" and rivals == []
+    assert [one.verdict for one in trials] == [TAKEN, "accepted"]
+
+
+def test_an_end_that_is_refused_is_none(monkeypatch):
+    [[best], _, _] = ended(monkeypatch, "refused")
+    assert best.candidate.place == "shaft"
+
+
+@pytest.mark.parametrize("cost", [190.0, 219.0, 221.0])
+@pytest.mark.parametrize("place", ["shaft", "sleeve", "wrist"])
+def test_a_law_goes_to_the_other_end_where_the_rig_says_so(monkeypatch, place, cost):
+    entry = Entry("strength", "strengths", (), None, 0.0, scale=2.0)
+    own = replace(candidate("quadratic_damping", 9.0, place), entry=entry)
+    there = replace(own, place={"shaft": "sleeve", "sleeve": "shaft"}.get(place, place))
+    model = SimpleNamespace(causes=(own.cause,))
+    fit = SimpleNamespace(cost=200.0, x=np.array([1.0, 2.0, 3.0]), model=model)
+    fit.index, fit.value = lambda label: 2, lambda index: 3.0 * own.entry.scale
+    begun = []
+
+    def solve(model: Any, x: np.ndarray, *patience: Any) -> Any:
+        begun.append((model, x))
+        return SimpleNamespace(cost=cost, x=x)
+
+    bare = SimpleNamespace(x=np.array([2.0, 1.0]))
+    monkeypatch.setattr(refits, "swapped_ends", lambda model, x: np.array([2.0, 1.0, 3.0]))
+    monkeypatch.setattr(refits, "farness", lambda model, x: 10.0 if x is fit.x else 0.0)
+    monkeypatch.setattr(refits, "replace", lambda fit, x: fit)
+    monkeypatch.setattr(refits, "without", lambda fit, place, law: bare)
+    monkeypatch.setattr(refits, "extended_model", lambda fit, one: one.place)
+    monkeypatch.setattr(
+        refits,
+        "at_other_end",
+        lambda model, x, place, numbers: [2.0 * value for value, _ in numbers],
+    )
+    monkeypatch.setattr(refits, "constants_held", lambda model, x, evaluations: x)
+    monkeypatch.setattr(refits, "solve", solve)
+    monkeypatch.setattr(refits, "delta_bic", lambda before, after: before.cost - after.cost)
+    trial = Trial(own, cast(Any, fit), 4800.0)
+    found = ends_swapped(trial, [own, there])
+    if cost > 220.0:
+        assert found is None
+        return
+    assert found is not None and found.delta_bic == 5000.0 - cost
+    assert found.candidate is (own if place == "wrist" else there)
+    [(where, x)] = begun
+    assert where is (model if place == "wrist" else there.place)
+    assert x.tolist() == [2.0, 1.0, 3.0 if place == "wrist" else 6.0]
+    if place != "wrist":
+        assert ends_swapped(trial, [own]) is None, "no such law at the other end"
+    model.causes = (("sleeve", own.law), own.cause)
+    assert ends_swapped(trial, [own, there]) is None, "an earlier law stands there"

@@ -1,12 +1,22 @@
 """A club whose sleeve or shaft seems to lose nothing is fitted from the other end too."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from supple.identification.clamped import held
-from supple.identification.losses import DAMPERS, sleeve_loss, sleeve_share, swapped_losses
+from supple.identification.losses import (
+    DAMPERS,
+    SPRINGS,
+    at_other_end,
+    farness,
+    sleeve_loss,
+    sleeve_share,
+    swapped_ends,
+    swapped_losses,
+)
 from supple.identification.problem import Model, base_entries, make_problem, rough_noise
 from supple.identification.records import read_record
 from supple.model.rig import read_rig
@@ -73,6 +83,49 @@ def test_where_both_parts_lose_there_is_no_other_end(model, tmp_path):
     chain = make_problem(bench.records, bench.rig)
     plain = Model(chain, base_entries(chain), (), rough_noise(chain))
     assert swapped_losses(plain, placed(plain), np.ones(len(plain.entries))) is None
+
+
+def swapped(model: Model) -> np.ndarray:
+    """Unknowns with what the rig says of shaft and sleeve told for each other."""
+    told = {name: model.problem.rig.parameters[name].value for name in (*SPRINGS, *DAMPERS)}
+    given = {}
+    for shaft, sleeve in (SPRINGS, DAMPERS):
+        there = at_other_end(model, placed(model), "shaft", [(told[shaft], (1, -1, 0))])[0]
+        back = at_other_end(model, placed(model), "sleeve", [(told[sleeve], (1, -1, 0))])[0]
+        given |= {sleeve: there / 2.0, shaft: back * 2.0}  # a sleeve is two springs in each set
+    return placed(model, **given)
+
+
+def test_ends_are_swapped_where_the_rigs_guesses_say_so(model):
+    assert swapped_ends(model, placed(model)) is None
+    x = swapped(model)
+    assert farness(model, x) > 5.0 and farness(model, placed(model)) == 0.0
+    back = swapped_ends(model, x)
+    assert back is not None and back == pytest.approx(placed(model), rel=0.01)
+    held_ = [i for i, e in enumerate(model.entries) if e.name != "sleeve_damping"]
+    known = replace(model, entries=tuple(model.entries[i] for i in held_))
+    assert swapped_ends(known, x[held_]) is None
+
+
+def test_a_rig_that_guesses_nothing_tells_no_ends_apart(model):
+    entries = tuple(replace(e, value=0.0) for e in model.entries)
+    assert farness(replace(model, entries=entries), swapped(model)) == 0.0
+
+
+def test_a_law_takes_as_much_at_the_other_end(model):
+    """Of the head's speed and way each of a sleeve's two sets has what its lever leaves."""
+    x, p = placed(model), dict(model.problem.numbers)
+    arm = levers(p)[1] / (p["sleeve_spacing"] / 2)
+    friction, square, knee = 3.0, 20.0, 0.01  # [N], [N s^2/m^2], [m]
+    numbers = [(friction, (1, 0, 0)), (square, (1, -2, 2)), (knee, (0, 1, 0))]
+    there = at_other_end(model, x, "shaft", numbers)
+    speed = 0.7 / arm
+    assert 2 * there[0] * speed == pytest.approx(friction * 0.7)
+    assert 2 * there[1] * speed**3 == pytest.approx(square * 0.7**3)
+    assert there[2] * arm == pytest.approx(knee)
+    dimensions = [dimension for _, dimension in numbers]
+    back = at_other_end(model, x, "sleeve", list(zip(there, dimensions, strict=True)))
+    assert back == pytest.approx([friction, square, knee])
 
 
 @pytest.mark.slow

@@ -97,7 +97,9 @@ def test_what_foretells_no_better_hides_nothing_that_does(
 
 
 @pytest.mark.parametrize(("ratio", "tried"), [(50.0, ["clearance"]), (2.0, [])])
-def test_contacts_are_tried_where_all_else_leaves_errors_that_dominate(monkeypatch, ratio, tried):
+def test_what_no_step_asks_for_is_tried_where_all_else_leaves_errors_that_dominate(
+    monkeypatch, ratio, tried
+):
     """A sleeve's dry friction: a slipping shaft was accepted, and what was left had no name."""
     one, play = candidate("cubic_stiffness", 90.0), candidate("clearance", 0.0)
     found = stand_in(3000.0)
@@ -109,7 +111,7 @@ def test_contacts_are_tried_where_all_else_leaves_errors_that_dominate(monkeypat
     monkeypatch.setattr(refits, "is_swung", lambda problem, cause: False)
     monkeypatch.setattr(refits, "extend", lambda fit, law, evaluations: found)
     monkeypatch.setattr(refits, "told_trials", lambda fit, always: (fit, [one]))
-    monkeypatch.setattr(refits, "contact_trials", lambda told, names: [play])
+    monkeypatch.setattr(refits, "unasked_trials", lambda told, names: [play])
     monkeypatch.setattr(refits, "from_told", lambda told, law, start, evaluations: found)
     quick = quick_refits(stand_in(5000.0), [one], [], lambda words: None)
     laws = [law.law.name for _, law in quick.tried]
@@ -121,6 +123,7 @@ def test_contacts_are_tried_where_all_else_leaves_errors_that_dominate(monkeypat
     ("bench", "seed", "decibels", "name"),
     [
         ("A", 101005, "30", "sleeve/hysteresis"),  # dry friction: a shaft that slips stood in
+        ("A", 105040, "30", "sleeve/quadratic_damping"),  # the shaft's, their constants swapped
         ("A", 102003, "40", "clubhead/linear_stiffness"),  # a gauge's delay left no misfit either
         ("A", 102002, "30", "clubhead/linear_stiffness"),  # a gain cost less, and left an encoder
         ("B", 98414, "30", "sleeve/hysteresis"),  # a fixed club's shaft was reached first

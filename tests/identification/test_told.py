@@ -19,7 +19,7 @@ from supple.identification.problem import make_problem
 from supple.identification.records import Record, read_record, split_records
 from supple.identification.screen import screen
 from supple.identification.standing import gains_unseen, spares
-from supple.identification.told import contact_trials, from_told, told_trials
+from supple.identification.told import from_told, told_trials, unasked_trials
 from supple.identification.trial import promising
 from supple.model.rig import Rig, read_rig
 from tests.identification.test_trial import candidate
@@ -264,20 +264,32 @@ def test_the_best_law_is_tried_wherever_it_is_seen(monkeypatch):
 
 def test_laws_of_a_contact_are_tried_where_no_small_step_shows_them(ridden):
     told, _ = told_trials(ridden)
-    contacts = contact_trials(told, {"sleeve/slip"})
+    contacts = unasked_trials(told, {"sleeve/slip"})
     names = [one.name for one in contacts]
     assert {"sleeve/clearance", "sleeve/hysteresis", "shaft/clearance", "shaft/slip"} <= set(names)
+    assert "sleeve/quadratic_damping" in names  # what is lost there is the damping's until then
     assert "sleeve/slip" not in names and not any("coulomb" in name for name in names)
     assert not any(one.law.signed or one.law.slot for one in contacts)
     assert [one.gain for one in contacts] == sorted((one.gain for one in contacts), reverse=True)
+
+
+@pytest.mark.parametrize(("step", "begun"), [(0.0, [0.0, 0.5]), (0.04, [0.04, 0.5]), (0.3, [0.3])])
+def test_a_law_that_no_step_asks_for_begins_strong_too(ridden, step, begun):
+    """A sleeve's damping by the square: from next to none of it nothing led to where it belongs."""
+    from supple.identification.told import _begun_with
+
+    told, _ = told_trials(ridden)
+    (damping,) = (c for c in unasked_trials(told, ()) if c.name == "sleeve/quadratic_damping")
+    points = _begun_with(told, replace(damping, step=step))
+    assert [point[-1] for point in points] == begun
 
 
 def test_a_law_that_does_nothing_beside_held_constants_is_not_refitted(ridden, monkeypatch):
     from supple.identification import told as module
 
     told, _ = told_trials(ridden)
-    idle = replace(contact_trials(told, ())[0], gain=0.0, step=0.0)
+    idle = replace(unasked_trials(told, ())[0], gain=0.0, step=0.0)
     start = solve(thinned(ridden.model), ridden.x, 2)
-    monkeypatch.setattr(module, "_constants_held", lambda model, x, evaluations: x)
+    monkeypatch.setattr(module, "constants_held", lambda model, x, evaluations: x)
     monkeypatch.setattr(module, "in_place_of_spring", lambda fit, candidate: [])
     assert from_told(told, idle, start, 2) is None

@@ -84,6 +84,16 @@ def test_laws_add_up():
     close(found[:, :-1], exact_cart(forces, [0.1, 0.0], wave(), STEP / 10), 1e-6)
 
 
+@pytest.mark.parametrize("damping", [100.0, 1e4, 1e5])
+def test_a_damper_too_strong_for_the_step_does_not_drive_the_cart(damping):
+    """Newton's steps halve a square's error from far: left unsettled, its force drove the cart."""
+    z = vector(FORCED, CART_NUMBERS, start=[0.0, 5.0], quadratic_damping=damping)
+    found = run(FORCED, z, np.zeros((COUNT, 1)), 1)
+    speed = np.abs(found[:, 1])
+    assert np.max(found[:, -1]) < 1e-3 * damping * np.max(speed) ** 2, "Newton has settled"
+    assert np.max(speed) < 20.0 and np.max(speed[1:]) == speed[1] and speed[-1] < speed[1]
+
+
 def test_the_error_of_a_cubic_spring_falls_with_the_fourth_power_of_the_step():
     forces, start = {"cubic_stiffness": 900.0}, [0.3, 0.0]
     wanted = exact_cart(forces, start, wave())
