@@ -18,7 +18,7 @@ from .evidence import (
 )
 from .extend import HeldOut, extend, held_out, shown_by, without, worst_ratio
 from .fit import CRAWL, DOMINATED, Fit, polished, settle, solve
-from .form import mends_form, within_next
+from .form import mends_form, mends_lumping, within_next
 from .problem import Problem
 from .refits import (
     Progress,
@@ -192,7 +192,8 @@ class Search:
         share = explained(before, fit)
         if share < asked:
             return replace(trial, verdict=explains_only(share))
-        if mends_form(before, fit, trial.candidate.cause):
+        cause = trial.candidate.cause
+        if mends_form(before, fit, cause) or mends_lumping(self.base, before, fit, cause):
             return replace(trial, verdict=MENDS_FORM)
         index = fit.index(trial.candidate.entry.label)
         told = trial.delta_bic > UNSHOWN and misfit_chance(fit) > MISFIT_SHOWN

@@ -11,10 +11,12 @@ from supple.identification.form import (
     form_share,
     form_words,
     mends_form,
+    mends_lumping,
     taken_share,
     within_form,
     within_next,
 )
+from supple.identification.problem import Cause
 from supple.model.law import library
 from supple.model.robot import Robot
 
@@ -76,3 +78,36 @@ def test_a_law_that_takes_little_where_no_misfit_shows_mends_only_form(clean_fit
     assert not mends_form(on_robot(much), on_robot(clean_fit), drag)
     shown = with_misfit(clean_fit, 0.9 * form.NEXT)  # a tone stands above any noise
     assert not mends_form(on_robot(shown), on_robot(clean_fit), drag)
+
+
+def test_beside_a_law_that_explains_nearly_all_another_one_there_mends_its_lumping(clean_fit):
+    """A club's shaft that softens was crowded by what mends a lumped drift's form."""
+    laws = library()
+    drift, cubic = (("shaft", laws[name]) for name in ("stiffness_drift", "cubic_stiffness"))
+    base = on_robot(with_misfit(clean_fit, 0.2))
+    much, little = (with_misfit(clean_fit, share) for share in (0.1, 0.05))
+
+    def named(fit: Fit) -> Fit:
+        return on_robot(replace(fit, model=replace(fit.model, causes=(drift,))))
+
+    def mended(before: Fit, share: float, cause: Cause = cubic) -> bool:
+        after = on_robot(with_misfit(clean_fit, share))
+        return mends_lumping(base, before, after, cause)
+
+    nearly = np.sqrt(0.05**2 - 0.9 * form.NEXT**2)
+    assert mended(named(little), nearly)
+    assert not mended(named(little), 0.01), "it takes more off than lumping leaves"
+    assert not mended(named(much), np.sqrt(0.1**2 - 0.9 * form.NEXT**2)), "half is left"
+    assert mended(named(little), nearly, ("sleeve", laws["cubic_stiffness"])), "in a row with it"
+    assert not mended(named(little), nearly, ("shaft", laws["sensor_gain"]))
+    assert not mended(on_robot(little), nearly), "nothing is named there"
+    wrist = replace(little.model, causes=(("wrist", laws["stiffness_drift"]),))
+    at_wrist = on_robot(replace(little, model=wrist))
+    assert not mended(at_wrist, nearly, ("wrist", laws["cubic_stiffness"])), "a joint is a point"
+    assert not mended(at_wrist, nearly), "nothing of the club is named"
+    chain = replace(little, model=replace(little.model, causes=(drift,)))
+    assert not mends_lumping(base, chain, on_robot(with_misfit(clean_fit, nearly)), cubic)
+    edge = with_misfit(clean_fit, 0.9 * form.NEXT)
+    assert not mended(named(edge), 0.0), "with it no error of the model dominates"
+    quiet = named(with_misfit(clean_fit, 0.001))
+    assert not mended(quiet, 0.001), "nor does one without it"
