@@ -193,6 +193,28 @@ def _carried(
     return replace(bare, size=float(np.mean(size)), unit=unit, facts=facts, carries=(carry,))
 
 
+def lets_go(cause: Hidden, structure: Structure, motions: Sequence[Moved]) -> bool:
+    """Whether a spring that softens is bent beyond where it pulls back at all."""
+    for law in cause.carries:
+        if law.kind != "cubic_stiffness" or not np.any(law.size < 0):
+            continue
+        item = structure.places[cause.place]
+        end = np.sqrt(item.stiffness / np.maximum(-law.size, 1e-300))
+        for moved in motions:
+            stretch = np.abs(item.stretch(moved.position, moved.angle))
+            if not np.all(stretch < end):  # not a number where it has gone
+                return True
+    return False
+
+
+def weaker(cause: Hidden) -> Hidden:
+    """A law of a spring of half its strength."""
+    carries = tuple(replace(law, size=0.5 * law.size) for law in cause.carries)
+    facts = {**cause.facts, "largest": 0.5 * cause.facts["largest"]}
+    half = replace(cause, strength=0.5 * cause.strength, size=0.5 * cause.size, facts=facts)
+    return replace(half, carries=carries)
+
+
 def _support(bare: Hidden, club: Club, rng: np.random.Generator) -> Hidden:
     """The pivot rides on a mass in a spring; stiff where the strength is nought."""
     hertz = float(rng.uniform(10.0, 25.0))

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.signal import resample_poly
 
 from . import noise as noises
-from .causes import ALSO, CAUSES, WEAKEST, Hidden, draw_cause, possible
+from .causes import ALSO, CAUSES, WEAKEST, Hidden, draw_cause, lets_go, possible, weaker
 from .clubs import (
     COUNT,
     MODELS,
@@ -83,7 +83,8 @@ def draw_sealed(
     chance = _chance(seed, "effect")
     for index, pair in enumerate(pairs):
         size = strength if index == 0 else None
-        hidden.append(draw_cause(club, *pair, size, motions, chance))
+        cause = draw_cause(club, *pair, size, motions, chance)
+        hidden.append(held_back(cause, club, runs, hidden) if size is None else cause)
     if again is not None:
         runs.append(made_again(runs, again, _chance(seed, "again", again)))
         motions.append(carry_out(club, runs[-1])[1])
@@ -92,6 +93,29 @@ def draw_sealed(
     told = {"kind": kind, "snr_db": snr_db, "law": noises.draw_law(kind, noise_rng)}
     facts = {"bench": bench, "seed": seed, "model": club.model, "noise": told}
     return _write(out, club, runs, motions, hidden, told, noise_rng, facts)
+
+
+MOST_HALVED = 6
+
+
+def held_back(cause: Hidden, club: Club, runs: list[Run], beside: list[Hidden]) -> Hidden:
+    """A drawn cause, so weak that no spring lets go: no lab keeps a robot that spins away."""
+    if cause.law != "cubic_stiffness" or cause.size >= 0:
+        return cause
+    for _ in range(MOST_HALVED):
+        if stays(cause, club, runs, beside):
+            break
+        cause = weaker(cause)
+    return cause
+
+
+def stays(cause: Hidden, club: Club, runs: list[Run], beside: list[Hidden]) -> bool:
+    """Whether no spring that softens lets go in any of the runs."""
+    try:
+        motions = [carry_out(club, run, [*beside, cause])[1] for run in runs]
+    except RuntimeError:  # gone so far that no step closes
+        return False
+    return not lets_go(cause, club.structure(), motions)
 
 
 def _check(law: str | None, place: str | None, model: str | None, noise: str | None) -> None:
