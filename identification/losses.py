@@ -38,7 +38,12 @@ def sleeve_share(p: Mapping[str, float]) -> float:
     Args:
         p: the robot's numbers by name [SI].
     """
-    return p["shaft_stiffness"] * (1.0 + _arm(p) ** 2) / (4.0 * p["sleeve_stiffness"])
+    return p["shaft_stiffness"] * _lever(p) / p["sleeve_stiffness"]
+
+
+def _lever(p: Mapping[str, float]) -> float:
+    """A sleeve's stiffness, or damping, over that of the shaft that gives way as much [-]."""
+    return (1.0 + _arm(p) ** 2) / 4.0
 
 
 def _arm(p: Mapping[str, float]) -> float:
@@ -58,8 +63,7 @@ def sleeve_loss(p: Mapping[str, float]) -> float:
 
 def _lost(p: Mapping[str, float]) -> tuple[float, float]:
     """What shaft and sleeve lose, as dampers beside the shaft would [N s/m]."""
-    lever = (1.0 + _arm(p) ** 2) / 4.0
-    return p["shaft_damping"], p["sleeve_damping"] / lever * sleeve_share(p) ** 2
+    return p["shaft_damping"], p["sleeve_damping"] / _lever(p) * sleeve_share(p) ** 2
 
 
 def swapped_losses(model: Model, x: np.ndarray, stds: np.ndarray) -> np.ndarray | None:
@@ -81,14 +85,14 @@ def swapped_losses(model: Model, x: np.ndarray, stds: np.ndarray) -> np.ndarray 
     Source: tests/identification/test_losses.py; a head on two springs in a row.
     """
     at = _free(model)
-    if not isinstance(model.problem.mechanism, Robot) or not {*SPRINGS, *DAMPERS} <= set(at):
+    if at is None:
         return None
     value = {name: float(x[i] * model.entries[i].scale) for name, i in at.items()}
     shaft, sleeve = (value[name] < NOUGHT * stds[at[name]] for name in DAMPERS)
     if shaft == sleeve:
         return None
     p = model.problem.numbers | value
-    share, lever = sleeve_share(p), (1.0 + _arm(p) ** 2) / 4.0
+    share, lever = sleeve_share(p), _lever(p)
     lost, kept = sum(_lost(p)), KEPT if sleeve else 1.0 - KEPT
     start = x.copy()
     sizes = kept * lost, (1.0 - kept) * lost * lever / share**2
@@ -105,14 +109,19 @@ def farness(model: Model, x: np.ndarray) -> float:
     to nothing of a fit, but much of two that explain the records alike.
 
     Args:
-        model: of a club whose four constants are free; a guess of 0 says nothing.
+        model: of a club; a guess of 0 says nothing.
         x: scaled unknowns [-].
+
+    Returns:
+        It; nought where one constant of the four is not free in all records.
+
+    Source: tests/identification/test_losses.py.
     """
-    at = _free(model)
+    at = _free(model) or {}
     away = [
         np.log(max(x[at[name]] * model.entries[at[name]].scale / told, LOST))
-        for name in (*SPRINGS, *DAMPERS)
-        if (told := model.entries[at[name]].value) > 0.0
+        for name in at
+        if name in (*SPRINGS, *DAMPERS) and (told := model.entries[at[name]].value) > 0.0
     ]
     return 0.5 * float(np.sum(np.square(away)))
 
@@ -134,9 +143,9 @@ def swapped_ends(model: Model, x: np.ndarray) -> np.ndarray | None:
     Source: tests/identification/test_losses.py; a head on two springs in a row.
     """
     at = _free(model)
-    if not isinstance(model.problem.mechanism, Robot) or not {*SPRINGS, *DAMPERS} <= set(at):
+    if at is None:
         return None
-    lever = (1.0 + _arm(_values(model, x)) ** 2) / 4.0
+    lever = _lever(_values(model, x))
     start = x.copy()
     for shaft, sleeve in (SPRINGS, DAMPERS):
         first, second = model.entries[at[shaft]], model.entries[at[sleeve]]
@@ -167,9 +176,14 @@ def at_other_end(
     return [value * forces**force * lengths**length for value, (force, length, _) in numbers]
 
 
-def _free(model: Model) -> dict[str, int]:
-    """Where the constants are that all records share, by name."""
-    return {e.name: i for i, e in enumerate(model.entries) if e.record is None and not e.nuisance}
+def _free(model: Model) -> dict[str, int] | None:
+    """Where the constants are that all records share, by name.
+
+    None where it is no robot, or one of the four of shaft and sleeve is not among them.
+    """
+    at = {e.name: i for i, e in enumerate(model.entries) if e.record is None and not e.nuisance}
+    club = isinstance(model.problem.mechanism, Robot) and {*SPRINGS, *DAMPERS} <= set(at)
+    return at if club else None
 
 
 def _values(model: Model, x: np.ndarray) -> dict[str, float]:

@@ -220,10 +220,9 @@ def unasked_trials(told: Fit, tried: Collection[str]) -> list[Candidate]:
 
 
 def _is_unasked(law: Law) -> bool:
-    if law.kind != "link" or law.signed:
-        return law.kind == "link" and law.sticks
     loses = law.dissipative and law.memory is None
-    return law.sticks or loses or has_corners(law)
+    one_way = not law.signed and (loses or has_corners(law))
+    return law.kind == "link" and (law.sticks or one_way)
 
 
 def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> Fit | None:
@@ -271,7 +270,10 @@ def _released(model: Model, x: np.ndarray, count: int, bare: Model) -> tuple[Mod
 
 
 def _begun_with(told: Fit, candidate: Candidate) -> list[np.ndarray]:
-    """Scaled unknowns [-] with a law of the screen's size, or in place of a part of its spring."""
+    """Scaled unknowns [-] with a law of the screen's size, or in place of a part of its spring.
+
+    Where no step asks for it, it begins strong too.
+    """
     low = candidate.entry.low / candidate.entry.scale
     shapes = [shape.value / shape.scale for shape in candidate.shapes]
     steps = [max(candidate.step, low)]

@@ -22,14 +22,13 @@ from tests.lab.causes import (
     draw_cause,
     lagged,
     possible,
-    weaker,
 )
 from tests.lab.clubs import MODELS, as_lumped, clamped_check, draw_scattered_club
 from tests.lab.finite import CLUB, STATIONS, clamped, finite_club, line
 from tests.lab.gauges import Fault, faulty
 from tests.lab.march import Loads, Start, exact, held_start, march
 from tests.lab.runs import SUBSTEPS, carry_out, channels, draw_run
-from tests.lab.sealed import draw_sealed, held_back, sampled, stays
+from tests.lab.sealed import draw_sealed, sampled
 from tests.lab.structure import Springs, Structure
 
 RATE = 2048.0
@@ -469,27 +468,3 @@ def test_unknown_words_are_refused_in_one_line(tmp_path, capsys):
     with pytest.raises(ValueError, match="expected one of"):
         draw_cause(club, "clearance", "wrist", 0.1, [], np.random.default_rng(1))
     assert Hidden("a", "b", 0.0).carries == ()
-
-
-@pytest.mark.parametrize("pull", [0.6, 2.0])  # lets go at 1.3 and 0.7 of the clean way
-@pytest.mark.parametrize(("sign", "halved"), [(-1.0, True), (1.0, False)])
-def test_no_spring_that_softens_is_drawn_so_that_it_lets_go(sign, halved, pull):
-    """A wrist on a softening spring had spun 47 times about its pivot."""
-    club = draw_scattered_club(np.random.default_rng(3), "A", "pinned_wrist", 512)
-    run = draw_run(club, "impact", 1.0, np.random.default_rng(4))
-    wrist, moved = club.structure().places["wrist"], carry_out(club, run)[1]
-    reach = np.abs(wrist.stretch(moved.position, moved.angle)).max()
-    size = sign * pull * wrist.stiffness / reach**2
-    carry = Carry("cubic_stiffness", "wrist", size, 0 * size)
-    facts = {"largest": float(np.abs(size).max())}
-    cause = Hidden("cubic_stiffness", "wrist", 2.0, float(size[0]), facts=facts, carries=(carry,))
-    assert stays(cause, club, [run], []) != halved
-    found = held_back(cause, club, [run], [])
-    assert stays(found, club, [run], [])
-    if not halved:
-        assert found is cause
-        return
-    times = np.log2(cause.size / found.size)
-    assert times == round(times) >= 1
-    assert found.strength == cause.strength / 2**times == cause.strength * found.size / cause.size
-    assert weaker(found).carries[0].size[0] == found.size / 2 == weaker(found).size
