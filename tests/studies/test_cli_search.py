@@ -6,7 +6,6 @@ import signal
 import sqlite3
 import subprocess
 import sys
-import time
 from itertools import pairwise
 from pathlib import Path
 
@@ -119,40 +118,42 @@ def test_no_usable_design_is_told_and_not_trusted(tmp_path, capsys):
     assert "None of 96 designs" in (tmp_path / "out" / "report.html").read_text()
 
 
+KILLED = """
+import os, signal, sys
+from supple.optimize.search_storage import _Database
+from supple.studies import cli
+
+write, written = _Database._write, []
+
+def until_killed(self, connection, trials, first):
+    write(self, connection, trials, first)
+    written.append(first)
+    if len(written) == 4:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+_Database._write = until_killed
+sys.exit(cli.main(sys.argv[1:]))
+"""
+"""A search whose process is killed with its fourth batch written and not yet kept."""
+
+
 def test_a_killed_search_is_taken_up_and_ends_the_same(tmp_path):
     folders = [tmp_path / "whole", tmp_path / "killed"]
     environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")}
 
-    def begin(folder: Path) -> subprocess.Popen[bytes]:
+    def run(folder: Path, *program: str) -> int:
         words = [*write(folder), "--trials", "640", "--quiet"]
-        return subprocess.Popen(
-            [sys.executable, "-m", "supple.studies.cli", *words], env=environment
-        )
+        return subprocess.run([sys.executable, *program, *words], env=environment).returncode
 
-    with begin(folders[0]) as whole:
-        assert whole.wait() == 0
-    kept = folders[1] / "out" / "search.db"
-    with begin(folders[1]) as killed:
-        done = 0
-        while done < 96:
-            assert killed.poll() is None, "it ended before it could be killed"
-            time.sleep(0.01)
-            try:
-                with sqlite3.connect(f"file:{kept}?mode=ro", uri=True) as database:
-                    done = database.execute("select count(*) from trials").fetchone()[0]
-            except sqlite3.OperationalError:
-                continue  # not made yet
-        killed.send_signal(signal.SIGKILL)
-        assert killed.wait() == -signal.SIGKILL
-    with sqlite3.connect(kept) as database:
+    assert run(folders[0], "-m", "supple.studies.cli") == 0
+    assert run(folders[1], "-c", KILLED) == -signal.SIGKILL
+    with sqlite3.connect(folders[1] / "out" / "search.db") as database:
         left = database.execute("select state, count(*) from trials group by state").fetchall()
-    assert len(left) == 1 and left[0][0] == "COMPLETE" and left[0][1] % 32 == 0
-    assert 96 <= left[0][1] < 640
-    with begin(folders[1]) as again:
-        assert again.wait() == 0
+    assert left == [("COMPLETE", 96)]
+    assert run(folders[1], "-m", "supple.studies.cli") == 0
     assert told(folders[1]) == told(folders[0])
     resumed = json.loads((folders[1] / "out" / "search.json").read_text())["provenance"]["resumed"]
-    assert resumed == left[0][1]
+    assert resumed == 96
 
 
 @pytest.mark.parametrize(
