@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
 
 from ..model.law import Scales
+from ..model.linear import Mechanism, mass_matrix
 from ..model.respond import law_geometry, state_history
 from .problem import Model, Problem
+
+BODIES = ("head", "body", "mass")
+"""Kinds of place that a law pushes against the ground: there a tenth of what its own inertia asks
+for is a natural force, not a tenth of what a spring carries."""
 
 
 def motions(
@@ -49,7 +54,7 @@ def with_scales(model: Model, x: np.ndarray) -> Problem:
     moved = motions(model, x, places)
     numbers = problem.numbers
     scales, widths = {}, {}
-    force = _force_scale(problem)
+    force, kinds = _force_scale(problem), problem.mechanism.law_places()
     frequency = max(float(np.median([p.frequency for p in problem.records])), 1e-6)
     for place in places:
         stretch = float(np.sqrt(np.mean([np.mean(s**2) for s, _ in moved[place]]))) or 1e-12
@@ -57,11 +62,30 @@ def with_scales(model: Model, x: np.ndarray) -> Problem:
         _, k, c = problem.mechanism.place_rows(place, numbers)
         stiffness, damping = float(np.max(np.abs(k))), float(np.max(np.abs(c)))
         size = max(stiffness * stretch, damping * rate, force if stiffness == 0 else 0.0)
+        if kinds[place] in BODIES:
+            carried = inertia_at(problem.mechanism, place, numbers)
+            size = carried * (2 * np.pi * frequency) ** 2 * stretch
         scales[place] = Scales(
             stretch, rate, 0.1 * (size or 1.0), stiffness, 1 / (2 * np.pi * frequency)
         )
         widths[place] = (problem.corner * stretch, problem.corner * rate)
     return replace(problem, scales=scales, widths=widths)
+
+
+def inertia_at(mechanism: Mechanism, place: str, numbers: Mapping[str, float]) -> float:
+    """What a body that nothing holds sets against a fast push [kg or kg m^2].
+
+    Args:
+        mechanism: a robot or a chain.
+        place: one of its bodies.
+        numbers: the mechanism's, by contract name [SI].
+
+    Source: the driving point's inertia ``1 / (r M^-1 r')``; tests/identification/test_motions.py.
+    """
+    n = len(mechanism.coordinates)
+    row = np.asarray(mechanism.place_rows(place, numbers, np)[0])[0, :n]
+    mass = np.asarray(mass_matrix(mechanism.rows(numbers, np)))[:n, :n]
+    return 1.0 / float(row @ np.linalg.pinv(mass, hermitian=True) @ row)
 
 
 def _force_scale(problem: Problem) -> float:
