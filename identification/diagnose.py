@@ -9,7 +9,7 @@ from .causes import hidden_masses, leaving_out
 from .evidence import excess, explained
 from .extend import worst_ratio
 from .finding import Diagnosis, crowded
-from .fit import DOMINATED, Fit, fit_base
+from .fit import CRAWL, DOMINATED, Fit, fit_base
 from .form import within_form
 from .problem import make_problem
 from .records import Record, check_record_against_rig, split_records
@@ -55,7 +55,7 @@ def diagnose(
     unseen = make_problem(kept, rig) if kept else None
     problem = leaving_out(make_problem(train, rig), left_out)
     progress("fitting the rig as it stands")
-    base = fit_base(problem)
+    base = fit_base(problem, CRAWL)
     progress("screening laws and places")
     search = Search(base, unseen, progress)
     search.grow()

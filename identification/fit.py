@@ -205,13 +205,15 @@ def with_errors(fit: Fit) -> Fit:
 HORIZONS = (3.0, 10.0, 40.0, np.inf)
 
 
-def fit_base(problem: Problem) -> Fit:
+def fit_base(problem: Problem, crawling: float = 0.0) -> Fit:
     """Fit the rig as it stands, with nuisances, from its own start values or better ones.
 
     Where errors of the model dominate what is found, other starts are followed too.
 
     Args:
         problem: records and rig.
+        crawling: share of the cost below which steps are given up where errors of the model
+            dominate [-]; `polished` goes on.
 
     Returns:
         The fit with its noise law chosen and errors known; its problem carries scales.
@@ -227,7 +229,7 @@ def fit_base(problem: Problem) -> Fit:
         for start in other_starts(near, best.x):
             fit = _grown(near, start)
             best = fit if fit.cost < BASIN * best.cost else best
-    return _other_end(settle(solve(model, best.x, ENTRY)))
+    return _other_end(settle(solve(model, best.x, ENTRY), crawling=crawling))
 
 
 def _other_end(fit: Fit) -> Fit:
@@ -380,12 +382,14 @@ PATIENCE = 200
 a stiff sleeve and a soft shaft do, each step is short."""
 
 
-def settle(fit: Fit, at_last: bool = True) -> Fit:
+def settle(fit: Fit, at_last: bool = True, crawling: float = 0.0) -> Fit:
     """Learn the noise law, weigh by it, fit again, and attach errors and scales.
 
     Args:
         fit: any.
         at_last: whether to go on to the very minimum; of a law that is only tried nobody needs it.
+        crawling: share of the cost below which that is given up where errors of the model dominate
+            [-].
     """
     for _ in range(3):
         floor = learn_noise(fit)
@@ -403,7 +407,7 @@ def settle(fit: Fit, at_last: bool = True) -> Fit:
         if same:
             break
     if not fit.converged and at_last:
-        fit = solve(fit.model, fit.x, PATIENCE)
+        fit = solve(fit.model, fit.x, PATIENCE, crawling if _dominated(fit) else 0.0)
     return _with_scales(fit)
 
 

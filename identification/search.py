@@ -96,9 +96,15 @@ class Search:
         self._held_before: HeldOut | None = None
 
     def grow(self) -> None:
-        """Accept laws while one gains, then weigh what is named by each channel's noise."""
+        """Accept laws while one gains, then weigh what is named by each channel's noise.
+
+        Where none does, the rig as it stands is the answer, and fitted to its very minimum.
+        """
         while len(self.accepted) < MOST_CAUSES and self.step():
             pass
+        if not self.accepted:
+            self.base = self.fit = polished(self.base)
+            self.stages = [self.base]
         self.weigh()
 
     def _foretell(self, fit: Fit) -> HeldOut | None:

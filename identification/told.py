@@ -11,7 +11,7 @@ from ..model.law import Law
 from .allowance import Allowance
 from .causes import possible_causes
 from .extend import NO_STEP, UNASKED_STEP, calmed, extended_model, thinned, worst_ratio
-from .fit import DOMINATED, Fit, fit_base, learn_noise, solve
+from .fit import CRAWL, DOMINATED, Fit, fit_base, learn_noise, solve
 from .free import Entry
 from .motions import with_scales
 from .prepare import Prepared
@@ -79,7 +79,7 @@ def quiet_fit(fit: Fit) -> Fit | None:
         return None
     names = {one.name for one in calm}
     kept = tuple(one for one in records if one.name in names)
-    found = fit_base(replace(fit.problem, records=kept, floor={}))
+    found = fit_base(replace(fit.problem, records=kept, floor={}), CRAWL)
     return found if worst_ratio(found) < DOMINATED and strain(found) <= STRAINED else None
 
 

@@ -16,6 +16,7 @@ from supple.identification.evidence import (
     explained,
 )
 from supple.identification.extend import extend
+from supple.identification.fit import solve
 from supple.identification.records import split_records
 from supple.identification.screen import screen
 from supple.identification.trial import LEAST_EVIDENCE, UNSHOWN, Trial
@@ -119,6 +120,21 @@ def test_zero_is_refused_by_the_records_whatever_the_standard_deviation(
     assert search._judge(trial, search.base).verdict == "accepted"
     weak = replace(trial, delta_bic=UNSHOWN - 1.0)
     assert search._judge(weak, search.base).verdict == "refused: its interval holds zero"
+
+
+def test_where_no_law_is_accepted_the_rig_itself_is_fitted_to_the_end(
+    softening_diagnosis, monkeypatch
+):
+    base = softening_diagnosis.base
+    away = base.x * np.where([e.slot == "numbers" for e in base.model.entries], 1.001, 1.0)
+    early = solve(base.model, away, 1)
+    assert not early.converged and early.cost > base.cost
+    search = searching.Search(early, None, lambda text: None)
+    monkeypatch.setattr(searching.Search, "step", lambda self: False)
+    search.grow()
+    assert search.base is search.fit and search.stages == [search.base]
+    assert search.fit.converged
+    assert search.fit.cost == pytest.approx(base.cost, rel=1e-4)
 
 
 def test_a_cause_that_a_later_one_made_idle_is_dropped(softening_diagnosis):

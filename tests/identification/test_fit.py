@@ -5,9 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from supple.identification import fit as module
 from supple.identification.constants import fit_json
 from supple.identification.evidence import excess, on_bounds
-from supple.identification.fit import CONVERGED, STOPPED, Fit, fit_base, solve, with_errors
+from supple.identification.fit import (
+    CONVERGED,
+    PATIENCE,
+    STOPPED,
+    Fit,
+    fit_base,
+    settle,
+    solve,
+    with_errors,
+)
 from supple.identification.identifiable import identifiability
 from supple.identification.problem import make_problem
 from supple.identification.records import read_record
@@ -42,6 +52,20 @@ def test_decays_give_back_the_truth_within_their_errors(clean_fit):
     assert clean_fit.converged and clean_fit.status == CONVERGED
     assert clean_fit.reduced_chi2 == pytest.approx(1.0, abs=0.1)
     assert excess(clean_fit) < 0.3
+
+
+@pytest.mark.parametrize("dominates", [True, False])
+def test_what_dominates_is_not_followed_to_the_end(clean_fit, monkeypatch, dominates):
+    asked = []
+    monkeypatch.setattr(module, "_dominated", lambda fit: dominates)
+
+    def stopped(model, start, evaluations=40, crawling=0.0):
+        asked.append((evaluations, crawling))
+        return solve(model, start, 1)
+
+    monkeypatch.setattr(module, "solve", stopped)
+    settle(clean_fit, crawling=1e-3)
+    assert asked[-1] == (PATIENCE, 1e-3 if dominates else 0.0)
 
 
 def test_a_driven_record_gives_the_mass_too(tmp_path):
