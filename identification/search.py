@@ -98,13 +98,13 @@ class Search:
     def grow(self) -> None:
         """Accept laws while one gains, then weigh what is named by each channel's noise.
 
-        Where none does, the rig as it stands is the answer, and fitted to its very minimum.
+        Where none does, the rig as it stands is the answer, and followed to its very minimum.
         """
         while len(self.accepted) < MOST_CAUSES and self.step():
             pass
-        if not self.accepted:
+        if not self.accepted and worst_ratio(self.base) > DOMINATED:
             self.base = self.fit = polished(self.base)
-            self.stages = [self.base]
+            self.stages, self._held_before = [self.base], None
         self.weigh()
 
     def _foretell(self, fit: Fit) -> HeldOut | None:

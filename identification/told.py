@@ -19,6 +19,7 @@ from .problem import Model
 from .screen import Candidate, screen
 from .sliding import in_place_of_spring
 from .starts import told_start
+from .tolerances import PULLED, worst_pull
 from .trial import has_corners, of_other_kind, with_other_places, without_general
 
 MOST = 2
@@ -41,9 +42,6 @@ SEEN = 10.0
 NOTHING = 0.01
 """Share of the cost that a law must take away beside held constants where no step asks for it [-].
 """
-
-STRAINED = 6.0
-"""Strain from which a rig's numbers have made room for a cause that is missing [-]."""
 
 FALLING = 0.02
 """Share of the cost that a descent must still take away to go on [-]."""
@@ -80,7 +78,7 @@ def quiet_fit(fit: Fit) -> Fit | None:
     names = {one.name for one in calm}
     kept = tuple(one for one in records if one.name in names)
     found = fit_base(replace(fit.problem, records=kept, floor={}), CRAWL)
-    return found if worst_ratio(found) < DOMINATED and strain(found) <= STRAINED else None
+    return found if worst_ratio(found) < DOMINATED and worst_pull(found) <= PULLED else None
 
 
 def _loudness(records: Sequence[Prepared]) -> dict[str, float]:
@@ -193,7 +191,7 @@ def told_trials(
 
     Source: DESIGN's fourth step; tests/identification/test_told.py.
     """
-    if worst_ratio(fit) <= DOMINATED and strain(fit) <= STRAINED:
+    if worst_ratio(fit) <= DOMINATED and worst_pull(fit) <= PULLED:
         return fit, []
     told = told_fit(fit)
     found = screen(told)
@@ -205,19 +203,6 @@ def told_trials(
         others = others or of_other_kind(found, 1)
     chosen += [c for c in (*near, *others) if c not in chosen]
     return told, chosen + [c for c in found if always(c) and c not in chosen]
-
-
-def strain(fit: Fit) -> float:
-    """How far the worst of a rig's numbers is from what is stated of it, in its own deviation [-].
-
-    Args:
-        fit: any; guesses that say nothing of how sure they are count for nothing.
-
-    Source: tests/identification/test_told.py.
-    """
-    own = [i for i, e in enumerate(fit.model.entries) if e.slot == "numbers" and e.record is None]
-    entries = [(fit.value(i), fit.model.entries[i]) for i in own]
-    return max((abs(v - e.center) / e.prior for v, e in entries if e.prior < np.inf), default=0.0)
 
 
 def unasked_trials(told: Fit, tried: Collection[str]) -> list[Candidate]:

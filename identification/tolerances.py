@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from .allowance import FEW, MANY, Used
 from .fit import Fit
 
@@ -36,6 +38,9 @@ def allowed_json(fit: Fit) -> list[dict[str, Any]]:
 FAR = 10.0
 """Size of a channel's zero, gain or delay, over the tolerance that its sidecar states [-], from
 which it is no nuisance more: what a lumped club leaves of a real one moves them by a few."""
+
+PULLED = 6.0
+"""Pull from which a rig's numbers have made room for a cause that is missing [-]."""
 
 STATED = {"offset": ("offset",), "gain": ("gain", "radius"), "delay": ("delay",)}
 """Keys of a sidecar's tolerance that bind each kind of number."""
@@ -101,3 +106,17 @@ def _words(one: Used) -> str:
             f"rounding allow (limit {MANY:g})"
         )
     return f"{MEANINGS[one.kind]} in {one.record}, {one.largest:.1f} times its (limit {FEW:g})"
+
+
+def worst_pull(fit: Fit) -> float:
+    """How far the worst of a rig's numbers is from what is stated of it, in its own deviation [-].
+
+    Args:
+        fit: any; guesses that say nothing of how sure they are count for nothing.
+
+    Source: tests/identification/test_told.py.
+    """
+    own = [i for i, e in enumerate(fit.model.entries) if e.slot == "numbers" and e.record is None]
+    entries = [(fit.value(i), fit.model.entries[i]) for i in own]
+    pulls = (abs(v - e.center) / e.prior for v, e in entries if np.isfinite(e.prior))
+    return float(max(pulls, default=0.0))

@@ -20,12 +20,11 @@ from supple.identification.records import Record, read_record, split_records
 from supple.identification.screen import screen
 from supple.identification.standing import gains_unseen, spares
 from supple.identification.told import (
-    STRAINED,
     from_told,
-    strain,
     told_trials,
     unasked_trials,
 )
+from supple.identification.tolerances import PULLED, worst_pull
 from supple.identification.trial import promising
 from supple.model.rig import Rig, read_rig
 from tests.identification.test_trial import candidate
@@ -200,13 +199,13 @@ def test_a_spring_at_a_driven_head_is_no_scale_of_two_sensors(tmp_path):
 def test_a_rig_that_has_made_room_for_a_rider_is_asked_from_where_it_stands(tmp_path):
     """Errors are below what dominates, and yet the shaft weighs twenty times what is stated."""
     names, found = diagnosed(tmp_path, "--bench", "B", "--seed", "105017", "--snr-db", "30")
-    assert strain(found.base) > STRAINED and worst_ratio(found.base) < DOMINATED
+    assert worst_pull(found.base) > PULLED and worst_ratio(found.base) < DOMINATED
     assert (names, found.status) == (["collet/extra_mode"], "named")
     assert found.held_after is not None and found.held_before is not None
     assert found.held_after.nrmse < 0.3 * found.held_before.nrmse
 
 
-def test_strain_is_the_worst_distance_from_what_is_stated(ridden):
+def test_the_worst_pull_is_the_largest_distance_from_what_is_stated(ridden):
     entries = ridden.model.entries
     own = next(i for i, e in enumerate(entries) if e.slot == "numbers" and e.prior < np.inf)
     x = ridden.x.copy()
@@ -215,9 +214,9 @@ def test_strain_is_the_worst_distance_from_what_is_stated(ridden):
             x[index] = entry.center / entry.scale
         elif entry.slot == "numbers":
             x[index] *= 3.0  # a guess that says nothing of how sure it is
-    assert strain(replace(ridden, x=x)) == pytest.approx(0.0, abs=1e-9)
+    assert worst_pull(replace(ridden, x=x)) == pytest.approx(0.0, abs=1e-9)
     x[own] += 7.0 * entries[own].prior / entries[own].scale
-    assert strain(replace(ridden, x=x)) == pytest.approx(7.0)
+    assert worst_pull(replace(ridden, x=x)) == pytest.approx(7.0)
 
 
 def test_laws_that_promise_nearly_the_same_there_are_all_tried(monkeypatch):
