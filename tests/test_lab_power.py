@@ -60,6 +60,7 @@ def test_added_mass_is_invisible_where_nothing_tells_a_force(tmp_path):
     assert not truth["power"]["detectable"]
 
 
+@pytest.mark.slow
 def test_a_sleeve_that_relaxes_may_be_a_sleeve_of_another_damping(tmp_path):
     """To first order hundreds of units are left; a damping eight times as large leaves none."""
     truth = draw_sealed(

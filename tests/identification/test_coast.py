@@ -58,9 +58,10 @@ def both(fit: Fit, monkeypatch: pytest.MonkeyPatch) -> tuple[LogPosterior, LogPo
     return coasting, log_posterior(fit, 4)
 
 
-LAWS = [(0.5, -0.3), *(pytest.param(law, marks=pytest.mark.slow) for law in ((), (0.6,)))]
+LAWS = [(0.5, -0.3), (), (0.6,)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 def test_closed_sums_are_those_of_a_march(fit, law, monkeypatch):
     assert fit.model.allowances, "something is left open by these records"

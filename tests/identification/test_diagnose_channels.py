@@ -49,6 +49,7 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     return make_bench(tmp_path_factory.mktemp("driven"), driven=True)
 
 
+@pytest.mark.slow
 def test_a_channel_that_lost_its_sign_is_named_or_called_unknown(driven):
     found = diagnosed(driven, lambda t, y: np.abs(y))
     assert (found.status, named(found)) in (

@@ -52,6 +52,7 @@ def test_noise_that_grows_with_the_motion_widens_errors(tmp_path, even):
     assert wide > 0.75
 
 
+@pytest.mark.slow
 def test_even_noise_hardly_does(tmp_path, even):
     found = fits(tmp_path, "white", None)[:8]
     for fit, bare in zip(found, even(found), strict=True):

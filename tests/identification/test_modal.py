@@ -86,6 +86,7 @@ def test_sleeves_are_recovered_from_their_modes(tmp_path):
         assert fit.of(f"sleeve_damping[{name}]")[0] == pytest.approx(damping, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth(tmp_path):
     rng, inside = np.random.default_rng(5), []
     for _ in range(15):

@@ -34,6 +34,7 @@ def left_of(fit: Fit) -> dict:
     return {key: fit.sensor_of(key).values - told[key] for key in fit.keys}
 
 
+@pytest.mark.slow
 def test_where_lumped_laws_are_exact_nothing_is_missed(rippling):
     fit, truth = rippling
     assert all("ripple" not in one.kinds for one in fit.model.allowances.values())
@@ -42,6 +43,7 @@ def test_where_lumped_laws_are_exact_nothing_is_missed(rippling):
     assert abs(fit.value(index) / truth["causes"][0]["size"]) == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.slow
 def test_what_is_missed_of_its_tone_is_a_share_of_it_in_phase_and_a_quarter_turn_on(rippling):
     fit, _ = rippling
     index, none = fit.index("drive/drive_ripple"), fit.x.copy()

@@ -370,10 +370,12 @@ def worst_after_holm(told: list[float]) -> float:
     return min(told) * len(told)
 
 
+@pytest.mark.slow
 def test_ranks_of_the_truth_are_uniform(problem):
     assert worst_after_holm(p_values(problem, 20, None, 1)) > 0.01
 
 
+@pytest.mark.slow
 def test_a_wrong_likelihood_fails_the_same_test(problem):
     """White noise assumed, where its memory is 0.9."""
     assert worst_after_holm(p_values(problem, 14, 0.9, 0)) < 0.01

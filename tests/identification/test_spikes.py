@@ -81,6 +81,7 @@ def test_a_blow_of_one_sample_is_kept_where_the_start_is_told(tmp_path):
     assert np.flatnonzero(mended.channels[0].values != values).tolist() == [300]
 
 
+@pytest.mark.slow
 def test_spikes_do_not_hide_a_verdict(tmp_path):
     """One sample in a hundred, ten times the noise: the same law, the same strength."""
     bench = make_bench(tmp_path, [("cubic_stiffness", -3000.0)])

@@ -26,6 +26,7 @@ def softening(folder, seed: int) -> Bench:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_named_cause_is_weighed_by_noise_that_grows(tmp_path):
     bench = softening(tmp_path, 1)
     found = diagnose(bench.records, bench.rig, bench.held)

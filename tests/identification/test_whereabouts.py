@@ -86,7 +86,13 @@ def test_a_verdict_that_knows_no_law_says_which_channel(loose):
     assert any(f"without {FEELS.name}" in line for line in told["why"])
 
 
-@pytest.mark.parametrize("name", ["spring/quadratic_damping", "feel_cart/sensor_drift"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("spring/quadratic_damping", marks=pytest.mark.slow),
+        "feel_cart/sensor_drift",
+    ],
+)
 def test_a_law_that_leaves_the_error_of_the_only_channel_that_errs_is_a_stand_in(
     loose, monkeypatch, name
 ):

@@ -14,7 +14,9 @@ FORM = (0.001, 0.0033)
 model's has one mode."""
 
 
-@pytest.mark.parametrize(("stiffness", "damping"), [(500.0, 5.0), (350.0, 3.0)])
+@pytest.mark.parametrize(
+    ("stiffness", "damping"), [pytest.param(500.0, 5.0, marks=pytest.mark.slow), (350.0, 3.0)]
+)
 def test_the_wrists_of_the_thesis_are_recovered(stiffness, damping):
     made = draw_wrist(stiffness, damping, seed=3, noise=NOISE)
     found = fit_wrist(made.times, made.arm, made.club)
@@ -46,6 +48,7 @@ def test_a_stiffness_that_varies_is_told_and_a_constant_one_stays_constant():
     assert np.mean(made.stiffness) == pytest.approx(chosen.stiffness, rel=0.02)
 
 
+@pytest.mark.slow
 def test_an_arm_that_hardly_moves_tells_no_wrist():
     times = np.arange(400) / 400.0
     rng = np.random.default_rng(1)

@@ -1,5 +1,6 @@
 """A rider on a mass is a second mass in a spring: the law against equations that have one."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -113,19 +114,23 @@ def test_derivatives_by_mass_frequency_and_ratio_are_those_of_differences():
 def test_a_rider_that_is_shaken_steadily_only_takes_energy():
     law = library()["extra_mode"].memory
     assert law is not None
+    shapes = [jnp.asarray(HERTZ), jnp.asarray(RATIO)]
+
+    @jax.jit
+    def forces(x, v):
+        def step(memory, ends):
+            memory = law.advance(shapes, memory, *ends, STEP)
+            return memory, law.force(1.0, shapes, memory, *ends[1])[0]
+
+        ends = ((x[:-1, None], v[:-1, None]), (x[1:, None], v[1:, None]))
+        return jax.lax.scan(step, jnp.zeros((2, 1)), ends)[1]
+
     for hertz in (2.0, 6.9, 7.0, 7.1, 20.0):
         times = np.arange(20001) * STEP
         x, v = np.sin(2 * np.pi * hertz * times), np.cos(2 * np.pi * hertz * times)
-        v = 2 * np.pi * hertz * v
-        memory, shapes, work = np.zeros((2, 1)), [np.float64(HERTZ), np.float64(RATIO)], 0.0
-        force = np.zeros(1)
-        for now in range(20000):
-            ends = ((x[[now]], v[[now]]), (x[[now + 1]], v[[now + 1]]))
-            memory = np.asarray(law.advance(shapes, memory, *ends, STEP))
-            new = np.asarray(law.force(1.0, shapes, memory, *ends[1]))
-            if now >= 15000:  # 5 s, a whole number of turns, after it has settled
-                work += 0.5 * float(force[0] + new[0]) * (x[now + 1] - x[now])
-            force = new
+        force = np.append(0.0, forces(x, 2 * np.pi * hertz * v))
+        late = slice(15000, None)  # 5 s, a whole number of turns, after it has settled
+        work = np.sum(0.5 * (force[:-1] + force[1:])[late] * np.diff(x)[late])
         assert work > 0.0
 
 

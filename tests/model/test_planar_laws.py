@@ -43,6 +43,7 @@ def test_friction_in_the_wrist_against_the_other_robot():
     assert np.abs(motion.positions - without.positions)[:, 0].max() > 1e-3
 
 
+@pytest.mark.slow
 def test_friction_in_the_wrist_of_a_free_collet():
     law = {"law": "coulomb_friction", "place": "wrist"}
     tables = [law | {"parameters": {"torque": 1.0, "rate_width": 0.05}}]

@@ -100,7 +100,11 @@ def swung(model: str) -> Motion:
 
 
 @pytest.mark.parametrize(
-    "model", ["driven_wrist", "driven_arm", pytest.param("passive_wrist", marks=pytest.mark.slow)]
+    "model",
+    [
+        "driven_wrist",
+        *(pytest.param(m, marks=pytest.mark.slow) for m in ("driven_arm", "passive_wrist")),
+    ],
 )
 def test_a_swing_with_its_weight_and_a_ball_between_two_samples(model):
     """The blow of 0.5 ms lies inside a sampling interval of 2.5 ms and has its whole impulse."""

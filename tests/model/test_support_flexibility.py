@@ -56,7 +56,10 @@ def read(robot: Robot, motion: np.ndarray, port: Port) -> np.ndarray:
     return motion[:, :n] @ row
 
 
-@pytest.mark.parametrize(("model", "share"), [("fixed_collet", 0.1), ("pinned_wrist", 0.01)])
+@pytest.mark.parametrize(
+    ("model", "share"),
+    [pytest.param("fixed_collet", 0.1, marks=pytest.mark.slow), ("pinned_wrist", 0.01)],
+)
 def test_a_blow_is_felt_as_by_a_robot_on_a_sprung_foot(model, share):
     robot, times = Robot(model), np.arange(600) * STEP
     ports = (Port("clubhead", "position"), Port("grip", "position"))

@@ -79,6 +79,7 @@ def test_a_swing_against_scipy():
     assert ours.change < 1e-4
 
 
+@pytest.mark.slow
 def test_a_swing_with_friction_in_the_wrist_against_scipy():
     signals = signals_of(TIMES, arm=half_turn(TIMES))
     laws = {("wrist", "coulomb_friction"): 2.0}

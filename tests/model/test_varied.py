@@ -44,8 +44,14 @@ def both(plant: Plant, z: np.ndarray, substeps: int, told: np.ndarray, monkeypat
 
 
 WRIST, BOTH = ("wrist",), ("arm", "wrist")
-CASES = [(acting, BOTH) for acting in ACTING]
-CASES += [(acting, WRIST) for acting in ACTING if acting != "what is swung"]  # that takes an arm
+CASES = [
+    ("two at a sleeve and a wrist", BOTH),
+    ("one that remembers", WRIST),
+    ("what is swung", BOTH),
+]
+MORE = [("a spring", BOTH), ("a spring", WRIST), ("one that remembers", BOTH)]
+MORE += [("two at a sleeve and a wrist", WRIST)]
+CASES += [pytest.param(*case, marks=pytest.mark.slow) for case in MORE]
 
 
 @pytest.mark.parametrize(("acting", "joints"), CASES)

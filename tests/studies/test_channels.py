@@ -252,6 +252,7 @@ def test_a_calibration_in_the_sidecar_gives_gain_zero_and_their_errors(folder, t
         assert said in error and "drive.toml" in error and error.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_errors_of_profile_and_gauges_reach_the_result(folder, tmp_path):
     """Six swings misread within their stated errors lie within what the study says of them."""
     made = folder[1]

@@ -85,7 +85,7 @@ def apart(folder, name, ratio, rate, start, offset=None, steep=0.0, motion="-90 
     (folder / f"{name}.toml").write_text(text)
 
 
-@pytest.mark.parametrize("is_told", [True, False])
+@pytest.mark.parametrize("is_told", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_hand_and_head_with_clocks_of_their_own_are_brought_to_one(is_told, tmp_path, capsys):
     for name, ratio in (("golfer", 1.0), ("robot", 0.01)):
         apart(tmp_path, name, ratio, 512.0, 7.0, 0.1 - 7.0 if is_told else None)

@@ -364,6 +364,7 @@ def dying(case: tuple[str, int]) -> dict[str, object]:
     return {"bench": bench, "seed": seed, "status": "adequate"}
 
 
+@pytest.mark.slow
 def test_a_process_that_dies_takes_no_other_case_with_it(tmp_path, monkeypatch):
     monkeypatch.setenv("SUPPLE_TEST_ONCE", str(tmp_path / "once"))
     rows = {row["seed"]: row for row in answers([("A", seed) for seed in (1, 2, 7)], dying)}
