@@ -15,7 +15,7 @@ from .problem import Cause
 from .screen import Candidate, alikeness, screen
 from .standing import MISFIT_SHOWN, misfit_chance
 from .swung import is_swung
-from .told import constants_held, from_told, told_trials, unasked_trials
+from .told import Begun, begun_from_told, constants_held, told_trials, unasked_trials, weighed_as
 from .trial import (
     AMBIGUOUS,
     RIVAL,
@@ -33,6 +33,12 @@ from .trial import (
 )
 
 TRIALS = 5
+EVALUATIONS = 15
+"""Budget of a law's descent from told constants, weighed as others are [-]."""
+
+UNASKED = 4
+"""Laws that no step asks for that are weighed so: those which fit best before [-]."""
+
 HOPELESS = 100.0
 """A quick refit that is worse than the best one by more than this, and by more than a fifth of
 what that gained, is not repeated on the whole records; units of the noise's variance [-]."""
@@ -103,20 +109,22 @@ def quick_refits(
     told, fresh = fit, []  # one of what a told motion swings hides the next
     if done is None and (swung or not accepted):
         told, fresh = told_trials(fit, lambda one: swung and is_swung(problem, one.cause))
-    for candidate in fresh:
-        progress(f"trying {candidate.name} from told constants")
-        quick += _from_told(told, candidate, start)
+    begun = _begun(told, fresh, start, progress)
+    quick += [(weighed_as(start, one, EVALUATIONS), one.candidate) for one in begun]
     if fresh and not swung and all(worst_ratio(one) > DOMINATED for one, _ in quick):
-        for candidate in unasked_trials(told, {one.name for _, one in quick if one in fresh}):
-            progress(f"trying {candidate.name} from told constants")
-            quick += _from_told(told, candidate, start)
+        unasked = unasked_trials(told, {one.candidate.name for one in begun})
+        begun = sorted(_begun(told, unasked, start, progress), key=lambda one: one.cost)[:UNASKED]
+        quick += [(weighed_as(start, one, EVALUATIONS), one.candidate) for one in begun]
     return Quick(start, tuple(sorted(quick, key=lambda pair: pair[0].cost)))
 
 
-def _from_told(told: Fit, candidate: Candidate, start: Fit) -> list[tuple[Fit, Candidate]]:
-    """The quick refit from there with its law; none where it does nothing."""
-    found = from_told(told, candidate, start, 15)
-    return [(found, candidate)] if found is not None else []
+def _begun(told: Fit, laws: Sequence[Candidate], start: Fit, progress: Progress) -> list[Begun]:
+    """Laws fitted from told constants, without those that do nothing there."""
+    found = []
+    for candidate in laws:
+        progress(f"trying {candidate.name} from told constants")
+        found.append(begun_from_told(told, candidate, start, 2 * EVALUATIONS))
+    return [one for one in found if one is not None]
 
 
 def whole_refits(fit: Fit, quick: Quick) -> tuple[list[Trial], Quick]:

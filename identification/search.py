@@ -47,6 +47,7 @@ from .trial import (
     best_of_each,
     explains_only,
     interval,
+    is_named_alike,
     limit_of,
     outdone,
     quietest_first,
@@ -355,6 +356,8 @@ class Search:
         for other in others:
             if name in (other.candidate.name, limit_of(other.candidate)):
                 continue  # itself, or one that holds it as its simplest case
+            if is_named_alike(best, other):
+                continue
             if quietest_first(self.fit, [other, best])[0] is best:
                 continue  # what it costs says little
             if best.delta_bic - other.delta_bic < AMBIGUOUS:

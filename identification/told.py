@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -48,6 +48,9 @@ FALLING = 0.02
 
 ROUNDS = 3
 """Descents that follow the first one where each still falls, at most [-]."""
+
+GLANCE = 4
+"""Evaluations after which one of several starts of a law is chosen [-]."""
 
 QUIETER = 0.7
 """Loudness of the quieter half of the records, over that of all, from which it is no other test
@@ -101,7 +104,7 @@ def _loudness(records: Sequence[Prepared]) -> dict[str, float]:
 def told_fit(fit: Fit) -> Fit:
     """The records' starts fitted, with all constants at what small motions or the rig say.
 
-    Gains, delays and zeros of its instruments are held as well; `from_told` lets them go.
+    Gains, delays and zeros of its instruments are held as well; `begun_from_told` lets them go.
 
     Weighed by the instruments' noise, and with no mode allowed for that rings by itself: where a
     cause is missing, constants and weights have moved to make room for it. Natural sizes of laws
@@ -232,8 +235,25 @@ def _is_unasked(law: Law) -> bool:
     return law.kind == "link" and (law.sticks or one_way)
 
 
-def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> Fit | None:
-    """A quick refit with a law from told constants, weighed at last as `start` is.
+@dataclass(frozen=True)
+class Begun:
+    """A law that was fitted from told constants, by the instruments' noise.
+
+    Attributes:
+        candidate: the law.
+        model: with it, all constants free, on thinned records.
+        x: scaled unknowns [-].
+        cost: there [-]; it compares with that of other laws from the same told constants.
+    """
+
+    candidate: Candidate
+    model: Model
+    x: np.ndarray
+    cost: float
+
+
+def begun_from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> Begun | None:
+    """A law fitted from told constants, by the weights there.
 
     First the law's own numbers alone: a constant that is let go too early takes its place.
 
@@ -241,25 +261,38 @@ def from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: int) -> 
         told: as `told_trials` gives it.
         candidate: one of its laws.
         start: the quick fit without the law.
-        evaluations: budget of each descent.
+        evaluations: budget of the descent with all constants free.
 
     Returns:
-        The refit; None for a law that no step asks for and that takes nothing away beside held
-        constants.
+        It; None for a law that no step asks for and that takes nothing away beside held constants.
     """
     first = thinned(extended_model(told, candidate))
     points = [calmed(first, x, told) for x in _begun_with(told, candidate)]
     opening, idle = replace(first, horizon=HORIZONS[0]), points[0]
-    points = [constants_held(opening, x, 10) for x in points]
+    points = [constants_held(opening, x, GLANCE) for x in points]
     x = min(points, key=lambda one: _cost(opening, one))
-    for horizon in HORIZONS[1:]:
+    for horizon in HORIZONS:
         x = constants_held(replace(first, horizon=horizon), x, 10)
     if not candidate.gain and _cost(first, x) > (1.0 - NOTHING) * _cost(first, idle):
         return None
     whole, x = _released(first, x, len(told.x), start.model)
-    x = solve(whole, x, 2 * evaluations).x
-    model = replace(extended_model(start, candidate), entries=whole.entries)
-    found = solve(model, x, evaluations)
+    found = solve(whole, x, evaluations)
+    return Begun(candidate, whole, found.x, found.cost)
+
+
+def weighed_as(start: Fit, begun: Begun, evaluations: int) -> Fit:
+    """A law that was begun from told constants, weighed as another fit is.
+
+    Args:
+        start: the quick fit without the law.
+        begun: the law.
+        evaluations: budget of each descent.
+
+    Returns:
+        The quick refit with it.
+    """
+    model = replace(extended_model(start, begun.candidate), entries=begun.model.entries)
+    found = solve(model, begun.x, evaluations)
     for _ in range(ROUNDS):  # what rings by itself is sought along a narrow valley
         before, found = found, solve(model, found.x, evaluations)
         if found.cost > (1.0 - FALLING) * before.cost:

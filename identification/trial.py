@@ -77,6 +77,15 @@ class Trial:
         return library()[law.limit] if knee < law.limit_share * reach else law
 
 
+def is_named_alike(trial: Trial, other: Trial) -> bool:
+    """Whether two trials would be named alike: slip and hysteresis of next to no way are friction.
+
+    Source: tests/identification/test_trial.py.
+    """
+    places = trial.candidate.place, other.candidate.place
+    return places[0] == places[1] and trial.law.name == other.law.name
+
+
 def limit_of(candidate: Candidate) -> str:
     """Name of the simpler cause that a candidate holds in itself; nothing where there is none."""
     return f"{candidate.place}/{candidate.law.limit}" if candidate.law.limit else ""
@@ -95,9 +104,11 @@ def with_other_places(
 
     A column at zero strength says less of the place than of the law: springs in a row share a
     motion, and a strong law changes how they do. So a place is no worse for gaining little there.
+    What rings may be ridden by a mass or stand on a spring: one tone brings all laws of that kind.
     """
-    chosen = list(worth[:count])
-    return chosen + [c for c in open_ if c.law.name == worth[0].law.name and c not in chosen]
+    chosen, best = list(worth[:count]), worth[0].law
+    alike = [c for c in open_ if c.law.name == best.name or (c.law.rings and best.rings)]
+    return chosen + [c for c in alike if c not in chosen]
 
 
 def of_other_kind(open_: Sequence[Candidate], count: int) -> list[Candidate]:
@@ -270,9 +281,13 @@ def _better(found: Fit, other: Fit) -> Fit:
 
 
 def may_rival(candidate: Candidate, done: Candidate) -> bool:
-    """Whether a law may explain what another one explains to the noise already."""
+    """Whether a law may explain what another one explains to the noise already.
+
+    Of those that ring a step says little: their frequencies move far.
+    """
     names = {limit_of(candidate), limit_of(done)}
-    return bool(names & {candidate.name, done.name}) or alikeness(candidate, done) > RIVAL
+    ring = candidate.law.rings and done.law.rings
+    return ring or bool(names & {candidate.name, done.name}) or alikeness(candidate, done) > RIVAL
 
 
 RIVAL = 0.7

@@ -212,6 +212,11 @@ class Law:
         return self.memory is not None and [one.dimension for one in self.shapes] == [(0, 1, 0)]
 
     @property
+    def rings(self) -> bool:
+        """Whether it brings an oscillation of its own [-]."""
+        return self.memory is not None and any(s.dimension == (0, 0, -1) for s in self.shapes)
+
+    @property
     def acts(self) -> bool:
         """Whether it acts by a force, and is no fault of a sensor."""
         return any(way is not None for way in (self.force, self.memory, self.swing))

@@ -4,11 +4,14 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from supple.identification import refits, search as searching
+from supple.identification.fit import Fit
 from supple.identification.refits import Quick, quick_refits, whole_refits
-from supple.identification.screen import screen
+from supple.identification.screen import Candidate, screen
+from supple.identification.told import Begun
 from supple.identification.trial import NO_GAIN, Trial
 from tests.identification.test_told import diagnosed
 from tests.identification.test_trial import candidate
@@ -96,6 +99,10 @@ def test_what_foretells_no_better_hides_nothing_that_does(
     )
 
 
+def begun(law: Candidate, cost: float) -> Begun:
+    return Begun(law, cast(Any, None), np.zeros(0), cost)
+
+
 @pytest.mark.parametrize(("ratio", "tried"), [(50.0, ["clearance"]), (2.0, [])])
 def test_what_no_step_asks_for_is_tried_where_all_else_leaves_errors_that_dominate(
     monkeypatch, ratio, tried
@@ -112,10 +119,36 @@ def test_what_no_step_asks_for_is_tried_where_all_else_leaves_errors_that_domina
     monkeypatch.setattr(refits, "extend", lambda fit, law, evaluations: found)
     monkeypatch.setattr(refits, "told_trials", lambda fit, always: (fit, [one]))
     monkeypatch.setattr(refits, "unasked_trials", lambda told, names: [play])
-    monkeypatch.setattr(refits, "from_told", lambda told, law, start, evaluations: found)
+    monkeypatch.setattr(
+        refits, "begun_from_told", lambda told, law, start, evaluations: begun(law, 1.0)
+    )
+    monkeypatch.setattr(refits, "weighed_as", lambda start, begun, evaluations: found)
     quick = quick_refits(stand_in(5000.0), [one], [], lambda words: None)
     laws = [law.law.name for _, law in quick.tried]
     assert laws == ["cubic_stiffness", "cubic_stiffness", *tried]
+
+
+def test_of_laws_that_no_step_asks_for_those_are_weighed_that_fit_best(monkeypatch):
+    costs = {"a": 900.0, "b": 30.0, "c": 500.0, "d": 700.0, "e": 400.0}
+    laws = [candidate("clearance", 0.0, place) for place in [*costs, "idle"]]
+    told, found = candidate("cubic_stiffness", 90.0), stand_in(3000.0)
+    monkeypatch.setattr(refits, "thinned", lambda model: model)
+    monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
+    monkeypatch.setattr(refits, "promising", lambda fit, chosen, least: chosen)
+    monkeypatch.setattr(refits, "misfit_chance", lambda fit: 0.0)
+    monkeypatch.setattr(refits, "worst_ratio", lambda fit: 50.0)
+    monkeypatch.setattr(refits, "extend", lambda fit, law, evaluations: found)
+    monkeypatch.setattr(refits, "told_trials", lambda fit, always: (fit, [told]))
+    monkeypatch.setattr(refits, "unasked_trials", lambda told, names: laws)
+
+    def begin(told: Fit, law: Candidate, start: Fit, evaluations: int) -> Begun | None:
+        return None if law.place == "idle" else begun(law, costs.get(law.place, 1e4))
+
+    monkeypatch.setattr(refits, "begun_from_told", begin)
+    monkeypatch.setattr(refits, "weighed_as", lambda start, one, evaluations: stand_in(one.cost))
+    quick = quick_refits(stand_in(5000.0), [told], [], lambda words: None)
+    assert [law.place for _, law in quick.tried][:4] == ["b", "e", "c", "d"]
+    assert len(quick.tried) == 6  # with the told law by both ways
 
 
 @pytest.mark.slow

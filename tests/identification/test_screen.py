@@ -19,6 +19,7 @@ from supple.identification.screen import (
     screen,
     trials_of,
 )
+from supple.model.ringing import TRIALS
 from tests.identification.benches import make_bench
 
 
@@ -131,14 +132,23 @@ def test_a_law_in_force_changes_how_columns_are_made(softening_diagnosis):
     assert covered == list(range(len(trials)))
 
 
+def test_a_second_cause_that_rings_is_sought_at_all_its_frequencies(softening_diagnosis):
+    """Beside a wrist's damping a yielding support was asked at one frequency, and not seen."""
+    grown = softening_diagnosis.final
+    tried = {cause: trials_of(grown, cause) for cause in possible_causes(grown)}
+    rings = {law.name: ones for (_, law), ones in tried.items() if law.rings}
+    assert "extra_mode" in rings
+    assert all(len({one.shapes[0].value for one in ones}) == TRIALS for ones in rings.values())
+    assert all(len(ones) == 1 for (_, law), ones in tried.items() if law.acts and not law.rings)
+
+
 def test_beside_a_law_in_force_forces_give_the_same_columns_as_the_laws_themselves(
     softening_diagnosis,
 ):
     """About a nonlinear motion, through the law that acts already."""
     grown = softening_diagnosis.final
-    trials = [
-        t for cause in possible_causes(grown) if cause[1].acts for t in trials_of(grown, cause)
-    ]
+    tried = {c: trials_of(grown, c) for c in possible_causes(grown) if c[1].acts}
+    trials = [one[len(one) // 2] for one in tried.values()]
     quick = _force_columns(grown, trials)
     for index, trial in enumerate(trials):
         place, law = trial.cause

@@ -20,9 +20,10 @@ from supple.identification.records import Record, read_record, split_records
 from supple.identification.screen import screen
 from supple.identification.standing import gains_unseen, spares
 from supple.identification.told import (
-    from_told,
+    begun_from_told,
     told_trials,
     unasked_trials,
+    weighed_as,
 )
 from supple.identification.tolerances import PULLED, worst_pull
 from supple.identification.trial import promising
@@ -77,8 +78,9 @@ def test_instruments_hide_nothing_there_and_are_let_go_at_last(ridden):
     assert theirs < {e.slot for e in ridden.model.entries}
     assert not theirs & {e.slot for e in told.model.entries}
     start = solve(thinned(ridden.model), ridden.x, 2)
-    refit = from_told(told, found[0], start, 2)
-    assert refit is not None
+    begun = begun_from_told(told, found[0], start, 4)
+    assert begun is not None and begun.candidate is found[0]
+    refit = weighed_as(start, begun, 2)
     labels = [e.label for e in ridden.model.entries]
     assert [e.label for e in refit.model.entries][: len(labels)] == labels
     assert refit.model.causes == (found[0].cause,) and refit.cost < start.cost
@@ -225,7 +227,9 @@ def test_laws_that_promise_nearly_the_same_there_are_all_tried(monkeypatch):
 
     gains = {"best": 100.0, "second": 97.0, "third": 95.0, "fourth": 91.0, "fifth": 90.5}
     found = [
-        SimpleNamespace(name=name, gain=gain, law=SimpleNamespace(name=f"law of {name}", slot=""))
+        SimpleNamespace(
+            name=name, gain=gain, law=SimpleNamespace(name=f"law of {name}", slot="", rings=False)
+        )
         for name, gain in gains.items()
     ]
     monkeypatch.setattr(module, "worst_ratio", lambda fit: 10 * module.DOMINATED)
@@ -322,4 +326,4 @@ def test_a_law_that_does_nothing_beside_held_constants_is_not_refitted(ridden, m
     start = solve(thinned(ridden.model), ridden.x, 2)
     monkeypatch.setattr(module, "constants_held", lambda model, x, evaluations: x)
     monkeypatch.setattr(module, "in_place_of_spring", lambda fit, candidate: [])
-    assert from_told(told, idle, start, 2) is None
+    assert begun_from_told(told, idle, start, 4) is None

@@ -1,5 +1,6 @@
 """Which of several laws goes first: the simpler one, unless the general one earns its numbers."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -15,6 +16,8 @@ from supple.identification.trial import (
     Trial,
     has_corners,
     interval,
+    is_named_alike,
+    may_rival,
     of_other_kind,
     quietest_first,
     simplest_first,
@@ -85,6 +88,16 @@ def test_the_best_law_is_tried_at_every_place_that_is_open():
     assert [c.name for c in alone] == ["shaft/hysteresis", "sleeve/hysteresis"]
 
 
+def test_one_tone_brings_all_laws_that_ring():
+    """A yielding support sounded like a mass that rides on the head, and was never asked."""
+    worth = [candidate("extra_mode", 4600.0, "clubhead"), candidate("cubic_stiffness", 4000.0)]
+    faint = [candidate("support_flexibility", 530.0, "base"), candidate("clearance", 500.0)]
+    faint.append(candidate("extra_mode", 400.0, "collet"))
+    chosen = with_other_places(worth, [*worth, *faint], 2)
+    assert [one.name for one in chosen[2:]] == ["base/support_flexibility", "collet/extra_mode"]
+    assert with_other_places(worth[1:], [*worth[1:], *faint], 2) == worth[1:]
+
+
 @pytest.mark.parametrize(
     ("dominated", "there", "taken"),
     [
@@ -148,3 +161,28 @@ def test_only_laws_with_corners_are_tried_with_sharper_ones():
     sharp = {name for name, law in library().items() if has_corners(law)}
     assert {"coulomb_friction", "clearance"} <= sharp
     assert not {"cubic_stiffness", "gravity", "linear_damping", "hysteresis", "sensor_gain"} & sharp
+
+
+def test_of_two_that_ring_either_may_explain_it_all():
+    mode, support = candidate("extra_mode"), candidate("support_flexibility", place="base")
+    support = replace(support, column=np.array([1.0, -1.0, 0.0]))
+    square = replace(candidate("quadratic_damping"), column=support.column)
+    assert may_rival(support, mode)
+    assert not may_rival(square, mode)
+
+
+@pytest.mark.parametrize(("knee", "same"), [(1e-4, True), (0.5, False)])
+def test_slip_and_hysteresis_of_next_to_no_way_are_one_friction(knee, same):
+    """A sleeve's friction was called ambiguous: it or itself."""
+    both = []
+    for law in ("hysteresis", "slip"):
+        (shape,) = (cast(Any, SimpleNamespace(label=law)),)
+        problem = SimpleNamespace(left_out=(), scales={"sleeve": SimpleNamespace(stretch=1.0)})
+        fit = SimpleNamespace(problem=problem, index=lambda label: 0, value=lambda index: knee)
+        one = replace(candidate(law, place="sleeve"), shapes=(shape,))
+        both.append(Trial(one, cast(Any, fit), 10.0))
+    assert is_named_alike(*both) is same
+    assert same is (both[0].law.name == "coulomb_friction")
+    elsewhere = replace(both[1], candidate=replace(both[1].candidate, place="shaft"))
+    elsewhere.fit.problem.scales["shaft"] = SimpleNamespace(stretch=1.0)
+    assert not is_named_alike(both[0], elsewhere)
