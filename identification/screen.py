@@ -177,7 +177,7 @@ def trials_of(fit: Fit, cause: Cause) -> list[Attempt]:
     scales, unit = _scales_at(fit, cause), _channel_unit(fit, place)
     left = _left(fit, place)
     choices = [s.sought(left) if s.sought and left else s.trials(scales) for s in law.shapes]
-    if fit.model.places and law.acts and not law.rings:  # each costs a march there: the middle ones
+    if fit.model.places and law.acts and not law.rings:  # a march each: only the middle ones
         choices = [(values[len(values) // 2],) for values in choices]
     found = []
     for values in product(*choices):

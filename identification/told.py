@@ -235,7 +235,7 @@ def _is_unasked(law: Law) -> bool:
     return law.kind == "link" and (law.sticks or one_way)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # its arrays have no single truth
 class Begun:
     """A law that was fitted from told constants, by the instruments' noise.
 
@@ -265,6 +265,8 @@ def begun_from_told(told: Fit, candidate: Candidate, start: Fit, evaluations: in
 
     Returns:
         It; None for a law that no step asks for and that takes nothing away beside held constants.
+
+    Source: tests/identification/test_told.py.
     """
     first = thinned(extended_model(told, candidate))
     points = [calmed(first, x, told) for x in _begun_with(told, candidate)]
@@ -290,6 +292,8 @@ def weighed_as(start: Fit, begun: Begun, evaluations: int) -> Fit:
 
     Returns:
         The quick refit with it.
+
+    Source: tests/identification/test_told.py.
     """
     model = replace(extended_model(start, begun.candidate), entries=begun.model.entries)
     found = solve(model, begun.x, evaluations)

@@ -307,7 +307,14 @@ def test_laws_of_a_contact_are_tried_where_no_small_step_shows_them(ridden):
     assert [one.gain for one in contacts] == sorted((one.gain for one in contacts), reverse=True)
 
 
-@pytest.mark.parametrize(("step", "begun"), [(0.0, [0.0, 0.5]), (0.3, [0.3])])
+@pytest.mark.parametrize(
+    ("step", "begun"),
+    [
+        (0.0, [0.0, 0.5]),
+        pytest.param(0.04, [0.04, 0.5], marks=pytest.mark.slow),
+        (0.3, [0.3]),
+    ],
+)
 def test_a_law_that_no_step_asks_for_begins_strong_too(ridden, step, begun):
     """A sleeve's damping by the square: from next to none of it nothing led to where it belongs."""
     from supple.identification.told import _begun_with
