@@ -126,7 +126,14 @@ def test_a_face_on_its_head_is_told():
 # a shaft that rings
 
 
-@pytest.mark.parametrize(("hertz", "size"), [(100.0, 2e-4), (200.0, 1e-4), (400.0, 1e-4)])
+@pytest.mark.parametrize(
+    ("hertz", "size"),
+    [
+        pytest.param(100.0, 2e-4, marks=pytest.mark.slow),
+        (200.0, 1e-4),
+        pytest.param(400.0, 1e-4, marks=pytest.mark.slow),
+    ],
+)
 def test_what_a_smooth_motion_misses_is_in_the_error_of_the_speed(hertz, size):
     away = []
     for seed in range(60):

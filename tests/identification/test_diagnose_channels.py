@@ -76,6 +76,7 @@ def test_a_channel_that_forgets_what_is_slow(driven):
     assert strength(found, "see_cart/sensor_highpass")[0] == pytest.approx(corner, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_channel_that_rounds_off(driven):
     def slow(t, y):
         return lsim(([1.0], [0.02, 1.0]), y, t)[1]

@@ -298,7 +298,7 @@ CASES = {
     "well damped, ar1": (1, 0.7, 0.6),
     "a memory that is not there": (1, 0.0, 0.126),
 }
-QUICK_CASES = ("ar1", "white", "at its bound")
+QUICK_CASES = ("ar1", "at its bound")
 
 
 @pytest.mark.parametrize(

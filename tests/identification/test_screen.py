@@ -142,6 +142,7 @@ def test_a_second_cause_that_rings_is_sought_at_all_its_frequencies(softening_di
     assert all(len(ones) == 1 for (_, law), ones in tried.items() if law.acts and not law.rings)
 
 
+@pytest.mark.slow
 def test_beside_a_law_in_force_forces_give_the_same_columns_as_the_laws_themselves(
     softening_diagnosis,
 ):

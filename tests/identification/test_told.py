@@ -60,6 +60,7 @@ def ridden(tmp_path_factory: pytest.TempPathFactory) -> Fit:
     return fit_base(make_problem(train, rig))
 
 
+@pytest.mark.slow
 def test_what_constants_that_were_drawn_away_hide_shows_where_the_rig_stands(ridden):
     name = "clubhead/extra_mode"
     told, found = told_trials(ridden)
@@ -310,7 +311,7 @@ def test_laws_of_a_contact_are_tried_where_no_small_step_shows_them(ridden):
 @pytest.mark.parametrize(
     ("step", "begun"),
     [
-        (0.0, [0.0, 0.5]),
+        pytest.param(0.0, [0.0, 0.5], marks=pytest.mark.slow),
         pytest.param(0.04, [0.04, 0.5], marks=pytest.mark.slow),
         (0.3, [0.3]),
     ],

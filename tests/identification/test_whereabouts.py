@@ -158,6 +158,7 @@ def test_a_zero_far_from_what_is_stated_is_no_nuisance(tmp_path: Path, zero, tol
         assert told["what_next"].startswith(f"Check {FEELS.name}")
 
 
+@pytest.mark.slow
 def test_an_encoder_alone_lets_the_head_start_where_it_hangs(tmp_path: Path):
     draw_sealed(
         tmp_path, "A", 5, effects=0, model="pinned_wrist", noise="white", train=2, held_out=0,

@@ -37,6 +37,7 @@ def test_weight_counts_where_the_plane_is_steep():
     assert found.misfit.ratio < flat.misfit.ratio and found.bic < flat.bic - 10
 
 
+@pytest.mark.slow
 def test_a_stiffness_that_varies_is_told_and_a_constant_one_stays_constant():
     made = draw_wrist(lambda t: 300.0 + 250.0 * t, 4.0, seed=4, noise=3e-4)
     constant = fit_wrist(made.times, made.arm, made.club)

@@ -141,6 +141,7 @@ def test_frequencies_that_are_tried_lie_a_resonance_apart_and_above_the_main_one
     assert np.all(np.diff(np.log(tried)) < 0.08)
 
 
+@pytest.mark.slow
 def test_a_rider_on_a_robots_head_rings_in_what_its_sensors_read():
     """At the clubhead and at the collet, from the door, against a robot of one mass more."""
     robot, numbers = Robot("pinned_wrist"), PRESETS["robo_v_sleeve_50"]

@@ -99,7 +99,9 @@ def test_a_law_that_remembers_follows_its_own_equations(name):
     assert np.max(found[:, 1]) < 1e-6, "Newton has settled"
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n == "hysteresis" else n for n in CASES]
+)
 def test_derivatives_by_strength_and_shape_are_those_of_differences(name):
     times = STEP * np.arange(120)
     z, inputs = vector(name, CASES[name]), jnp.asarray(push(times)[:, None])
@@ -149,7 +151,14 @@ def test_a_law_that_remembers_says_what_it_is(name):
     np.testing.assert_array_equal(null, 0.0)
 
 
-@pytest.mark.parametrize("name", [n for n, law in LASTING.items() if law.dissipative])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(n, marks=pytest.mark.slow) if n == "relaxation" else n
+        for n, law in LASTING.items()
+        if law.dissipative
+    ],
+)
 def test_a_closed_path_never_gives_energy(name):
     law, rng = LASTING[name], np.random.default_rng(3)
     memory_law = law.memory

@@ -18,7 +18,11 @@ TIMES = np.arange(201) / 500.0
 
 
 @pytest.mark.parametrize(
-    "drive", [impact("clubhead", -80.0, 0.011, 0.005), release("clubhead", 0.05)]
+    "drive",
+    [
+        pytest.param(impact("clubhead", -80.0, 0.011, 0.005), marks=pytest.mark.slow),
+        release("clubhead", 0.05),
+    ],
 )
 def test_many_designs_are_each_their_own(drive):
     stiffnesses = np.array([150.0, 300.0, 900.0])

@@ -22,6 +22,7 @@ from tests.model.test_planar_motion import (
 from tests.reference.planar_robot import moved
 
 
+@pytest.mark.slow
 def test_friction_in_the_wrist_against_the_other_robot():
     law = {"law": "coulomb_friction", "place": "wrist"}
     numbers = {"torque": 2.0, "rate_width": 0.05}

@@ -365,6 +365,7 @@ def test_tangents_are_the_central_differences_of_every_slot(strengths):
         assert worst < 1e-6, f"entry {at} of z: {worst:.1e}"
 
 
+@pytest.mark.slow
 def test_tangents_of_a_ground_that_is_moved():
     plant = Plant(
         CART,

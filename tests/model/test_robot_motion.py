@@ -175,7 +175,9 @@ def test_a_release_on_a_still_arm_is_that_of_a_pinned_wrist():
 FRICTION = {"law": "coulomb_friction", "place": "wrist", "parameters": {"torque": 0.0}}
 
 
-@pytest.mark.parametrize("model", ["driven_collet", "driven_arm"])
+@pytest.mark.parametrize(
+    "model", ["driven_collet", pytest.param("driven_arm", marks=pytest.mark.slow)]
+)
 def test_a_law_at_its_null_leaves_every_model_as_it_was(model):
     """The implicit march, cut at every knot that is no sample, against the exact motion."""
     drive = DRIVES[model]

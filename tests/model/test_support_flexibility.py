@@ -77,6 +77,7 @@ def test_a_blow_is_felt_as_by_a_robot_on_a_sprung_foot(model, share):
         assert np.max(np.abs(found.samples[:, column] - seen)) < 2e-6 * size
 
 
+@pytest.mark.slow
 def test_it_is_let_go_from_the_way_that_support_and_club_share():
     robot, times, share = Robot("pinned_wrist"), np.arange(600) * STEP, 0.1
     port = Port("clubhead", "position")
@@ -100,6 +101,7 @@ def vector(plant: Plant, numbers: tuple[float, ...]) -> np.ndarray:
     return z
 
 
+@pytest.mark.slow
 def test_derivatives_are_those_of_differences_and_finite_at_the_null():
     robot = Robot("pinned_wrist")
     ports = (Port("clubhead", "force"),), (Port("clubhead", "acceleration"),)

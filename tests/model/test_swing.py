@@ -124,6 +124,7 @@ def test_small_swings_are_the_linear_robot_s():
     assert np.all((orders > 1.8) & (orders < 2.2)), orders
 
 
+@pytest.mark.slow
 def test_many_designs_are_each_their_own():
     table = {name: np.full(3, value) for name, value in NUMBERS.items()}
     table["wrist_stiffness"] = np.array([150.0, 300.0, 600.0])
@@ -150,6 +151,7 @@ def test_it_rests_in_balance_with_its_weight():
     assert free.positions[0] == pytest.approx([0.8, 0, 0, 0], abs=1e-12)
 
 
+@pytest.mark.slow
 def test_gradients_against_differences():
     signals = signals_of(TIMES, arm=half_turn(TIMES))
     values, starts = signals.values[..., None], signals.start[..., None]

@@ -73,7 +73,9 @@ def test_derivatives_are_those_through_all_operations(acting, joints, monkeypatc
     np.testing.assert_allclose(found / (size + 1e-30), wanted / (size + 1e-30), atol=2e-7)
 
 
-@pytest.mark.parametrize("joints", [WRIST, BOTH, ()])
+@pytest.mark.parametrize(
+    "joints", [BOTH, *(pytest.param(one, marks=pytest.mark.slow) for one in (WRIST, ()))]
+)
 def test_without_laws_they_are_the_same_too(joints):
     robot = Robot("driven_arm" if joints == BOTH else "driven_wrist" if joints else "fixed_collet")
     sensors = SENSORS if joints else (SENSORS[0], Port("clubhead", "velocity"))

@@ -137,6 +137,7 @@ sys.exit(cli.main(sys.argv[1:]))
 """A search whose process is killed with its fourth batch written and not yet kept."""
 
 
+@pytest.mark.slow
 def test_a_killed_search_is_taken_up_and_ends_the_same(tmp_path):
     folders = [tmp_path / "whole", tmp_path / "killed"]
     environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")}

@@ -121,6 +121,7 @@ def unasked(swings, call):
     return Verdict({}, "not asked here", tuple(one.name for one in swings), (), {"a.csv": "t\n"})
 
 
+@pytest.mark.slow
 def test_the_study_compares_a_swing_and_keeps_its_answer(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(full_swings, "asked", unasked)
     study = study_named("thesis/full_swings")

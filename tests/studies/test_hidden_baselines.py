@@ -18,6 +18,7 @@ def softening(tmp_path_factory):
     return fit_base(make_problem(bench.records, bench.rig))
 
 
+@pytest.mark.slow
 def test_pick_by_bic_finds_an_easy_effect(softening):
     found = white_bic(softening)
     assert found is not None

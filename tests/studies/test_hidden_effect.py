@@ -337,7 +337,7 @@ def test_the_figure_and_the_summary_are_made_of_the_tables(quick, tmp_path, caps
 
 
 def test_the_bench_writes_truth_where_nobody_looks(tmp_path):
-    sidecars = draw_case("A", 5, tmp_path)
+    sidecars = draw_case("A", 6, tmp_path)
     assert len(sidecars) == 6
     assert (tmp_path / "truth.json").is_file()
     assert all(path.parent == tmp_path / "records" for path in sidecars)
