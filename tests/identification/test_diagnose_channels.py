@@ -88,6 +88,7 @@ def test_a_channel_that_rounds_off(driven):
     assert "see_cart/sensor_lowpass" in told
 
 
+@pytest.mark.slow
 def test_a_gain_that_is_off_shows_in_a_driven_record(driven):
     found = diagnosed(driven, lambda t, y: 1.07 * y)
     # without a known force of another place, a gain is a mass: the rig holds the mass

@@ -26,6 +26,7 @@ def driven(tmp_path_factory) -> tuple[Fit, dict[str, float]]:
     return fit_base(make_problem(records, read_rig(folder / "records" / "rig.toml"))), truth
 
 
+@pytest.mark.slow
 def test_where_it_was_estimated_it_foretells_what_the_told_motion_does(driven):
     fit, _ = driven
     assert fit.model.followed
@@ -50,6 +51,7 @@ def test_where_it_was_estimated_it_foretells_what_the_told_motion_does(driven):
             assert 0.0 < np.max(moved) < 1e-2 * np.std(channel.values)
 
 
+@pytest.mark.slow
 def test_errors_of_the_told_motion_draw_no_constant_away(driven):
     """Read along the told motion a club was shorter by nearly four standard deviations."""
     fit, truth = driven
@@ -65,6 +67,7 @@ def test_errors_of_the_told_motion_draw_no_constant_away(driven):
     assert worst[True] < 2.5 < worst[False]
 
 
+@pytest.mark.slow
 def test_a_record_that_was_thinned_is_read_along_what_was_told(driven):
     fit, _ = driven
     prepared = next(p for p in fit.problem.records if p.name in fit.model.followed)
@@ -73,6 +76,7 @@ def test_a_record_that_was_thinned_is_read_along_what_was_told(driven):
     assert fit.model.arguments(other)[0] is other.inputs
 
 
+@pytest.mark.slow
 def test_what_no_noise_explains_is_no_motion_that_was(driven):
     fit, _ = driven
     estimates = fit.model.estimates(fit.model.predict(fit.x))

@@ -59,11 +59,12 @@ def test_a_short_or_still_record_is_refused():
 @pytest.mark.parametrize(
     ("frequency", "ratio", "late"),
     [
-        pytest.param(4.0, 0.01, -0.0331, marks=pytest.mark.slow),
+        (4.0, 0.01, -0.0331),
         (3.08, 0.11, 0.0127),
-        pytest.param(4.17, 1.0, -0.02, marks=pytest.mark.slow),
+        (4.17, 1.0, -0.02),
     ],
 )
+@pytest.mark.slow
 def test_clocks_that_are_apart_are_brought_together_by_the_motion(frequency, ratio, late):
     """A shift looks like a hold's own lag; both are found, and the damping as if none were."""
     hand, head = moved("-90 to 90 to -90", 6, frequency, ratio)

@@ -298,12 +298,11 @@ CASES = {
     "well damped, ar1": (1, 0.7, 0.6),
     "a memory that is not there": (1, 0.0, 0.126),
 }
-QUICK_CASES = ("ar1", "at its bound")
 
 
 @pytest.mark.parametrize(
     "name",
-    [name if name in QUICK_CASES else pytest.param(name, marks=pytest.mark.slow) for name in CASES],
+    [name if name == "ar1" else pytest.param(name, marks=pytest.mark.slow) for name in CASES],
 )
 def test_two_samplers_agree(fine, name):
     """Means within 0.1 standard deviation, widths within 5 %; the other knows nothing of ours."""
@@ -547,7 +546,8 @@ def uninterrupted(problem: Problem) -> np.ndarray:
     return sample(fit_of(one, 1), replace(QUICK, block=8, most_steps=250, seed=5)).draws
 
 
-@pytest.mark.parametrize("kills", [2, pytest.param(20, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("kills", [2, 20])
 def test_killed_processes_go_on_to_the_same_chain(fine, problem, tmp_path, kills):
     wanted = uninterrupted(problem)
     for found in killed_runs(fine, tmp_path / "run", kills, 1):

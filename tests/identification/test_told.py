@@ -72,6 +72,7 @@ def test_what_constants_that_were_drawn_away_hide_shows_where_the_rig_stands(rid
     assert not any("ringing" in a.kinds for a in told.model.allowances.values())
 
 
+@pytest.mark.slow
 def test_instruments_hide_nothing_there_and_are_let_go_at_last(ridden):
     """Far from a minimum priors hold nothing: gains of 2.5 had hidden that a wrist sticks."""
     told, found = told_trials(ridden)
@@ -311,11 +312,12 @@ def test_laws_of_a_contact_are_tried_where_no_small_step_shows_them(ridden):
 @pytest.mark.parametrize(
     ("step", "begun"),
     [
-        pytest.param(0.0, [0.0, 0.5], marks=pytest.mark.slow),
-        pytest.param(0.04, [0.04, 0.5], marks=pytest.mark.slow),
+        (0.0, [0.0, 0.5]),
+        (0.04, [0.04, 0.5]),
         (0.3, [0.3]),
     ],
 )
+@pytest.mark.slow
 def test_a_law_that_no_step_asks_for_begins_strong_too(ridden, step, begun):
     """A sleeve's damping by the square: from next to none of it nothing led to where it belongs."""
     from supple.identification.told import _begun_with

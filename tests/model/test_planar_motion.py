@@ -99,13 +99,8 @@ def swung(model: str) -> Motion:
     return respond_planar(robot(model, TILTED), TILTED, swung_by(model), TIMES)
 
 
-@pytest.mark.parametrize(
-    "model",
-    [
-        "driven_wrist",
-        *(pytest.param(m, marks=pytest.mark.slow) for m in ("driven_arm", "passive_wrist")),
-    ],
-)
+@pytest.mark.parametrize("model", ["driven_wrist", "driven_arm", "passive_wrist"])
+@pytest.mark.slow
 def test_a_swing_with_its_weight_and_a_ball_between_two_samples(model):
     """The blow of 0.5 ms lies inside a sampling interval of 2.5 ms and has its whole impulse."""
     motion, reaches = swung(model), REACHES[model]

@@ -62,6 +62,7 @@ def test_shares_add_up_and_sizes_are_those_of_the_planar_model():
     assert (rows[1]["size"], rows[2]["size"]) == (0.9, None)
 
 
+@pytest.mark.slow
 def test_the_laws_at_full_size_come_near_the_planar_model(swings):
     (one,) = swings
     laws = full_swing.full_size_laws(one)

@@ -33,6 +33,7 @@ place = "clubhead"
 """
 
 
+@pytest.mark.slow
 def test_grips_of_robots_swing_on_as_they_were_measured(tmp_path, capsys):
     study = study_named("hand")
     result = study.run(Call(tmp_path))
