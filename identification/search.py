@@ -370,7 +370,7 @@ class Search:
                     self.trials.append(replace(other, verdict=outdone(close, name)))
                     continue
                 judged = self._judge(other, self.stages[-1])
-                if judged.verdict == "accepted":
+                if judged.verdict == "accepted" and not is_named_alike(best, judged):
                     found.append(replace(judged, verdict="cannot be told from the best"))
         return found
 

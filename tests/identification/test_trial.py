@@ -10,6 +10,7 @@ import pytest
 from supple.identification import trial as trying
 from supple.identification.noise import choose_noise
 from supple.identification.screen import Candidate
+from supple.identification.search import Search
 from supple.identification.trial import (
     GENERAL,
     LEAST_EVIDENCE,
@@ -171,18 +172,36 @@ def test_of_two_that_ring_either_may_explain_it_all():
     assert not may_rival(square, mode)
 
 
+def contact(law: str, knee: float) -> Trial:
+    """A trial of a sleeve's contact that sticks over so much of its reach [-]."""
+    (shape,) = (cast(Any, SimpleNamespace(label=law)),)
+    problem = SimpleNamespace(left_out=(), scales={"sleeve": SimpleNamespace(stretch=1.0)})
+    fit = SimpleNamespace(
+        problem=problem, misfits={}, index=lambda label: 0, value=lambda index: knee
+    )
+    one = replace(candidate(law, place="sleeve"), shapes=(shape,))
+    return Trial(one, cast(Any, fit), 10.0)
+
+
 @pytest.mark.parametrize(("knee", "same"), [(1e-4, True), (0.5, False)])
 def test_slip_and_hysteresis_of_next_to_no_way_are_one_friction(knee, same):
     """A sleeve's friction was called ambiguous: it or itself."""
-    both = []
-    for law in ("hysteresis", "slip"):
-        (shape,) = (cast(Any, SimpleNamespace(label=law)),)
-        problem = SimpleNamespace(left_out=(), scales={"sleeve": SimpleNamespace(stretch=1.0)})
-        fit = SimpleNamespace(problem=problem, index=lambda label: 0, value=lambda index: knee)
-        one = replace(candidate(law, place="sleeve"), shapes=(shape,))
-        both.append(Trial(one, cast(Any, fit), 10.0))
+    both = [contact(law, knee) for law in ("hysteresis", "slip")]
     assert is_named_alike(*both) is same
     assert same is (both[0].law.name == "coulomb_friction")
     elsewhere = replace(both[1], candidate=replace(both[1].candidate, place="shaft"))
     elsewhere.fit.problem.scales["shaft"] = SimpleNamespace(stretch=1.0)
     assert not is_named_alike(both[0], elsewhere)
+
+
+@pytest.mark.parametrize(("settles", "rivals"), [(1e-4, 0), (0.5, 1)])
+def test_what_settles_as_the_best_ones_likeness_is_no_rival(monkeypatch, settles, rivals):
+    """Before its noise was learned a slip of a sleeve stuck a little further than friction does."""
+    close = SimpleNamespace(first=0.5, second=0.5)
+    monkeypatch.setattr("supple.identification.search.contest", lambda one, other: close)
+    best, other = contact("hysteresis", 1e-4), contact("slip", 0.5)
+    judged = replace(contact("slip", settles), verdict="accepted")
+    search: Any = SimpleNamespace(
+        fit=best.fit, stages=[best.fit], trials=[], _judge=lambda trial, before: judged
+    )
+    assert len(Search._rivals(search, best, [other])) == rivals
