@@ -190,7 +190,7 @@ def test_slip_and_hysteresis_of_next_to_no_way_are_one_friction(knee, same):
     assert is_named_alike(*both) is same
     assert same is (both[0].law.name == "coulomb_friction")
     elsewhere = replace(both[1], candidate=replace(both[1].candidate, place="shaft"))
-    elsewhere.fit.problem.scales["shaft"] = SimpleNamespace(stretch=1.0)
+    cast(Any, elsewhere.fit).problem.scales["shaft"] = SimpleNamespace(stretch=1.0)
     assert not is_named_alike(both[0], elsewhere)
 
 
