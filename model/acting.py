@@ -7,10 +7,12 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 
+from .kept import keepable
 from .linear import Array, StateSpace, Step, make_step, state_space
 from .plant import Plant
 
 
+@keepable
 class ActingRows(NamedTuple):
     """What acts, as data.
 
@@ -29,6 +31,7 @@ class ActingRows(NamedTuple):
     memory: Any = None
 
 
+@keepable
 class LinearPart(NamedTuple):
     """What the march takes of the mechanism itself: compiled once for whatever laws act.
 

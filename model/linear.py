@@ -13,6 +13,7 @@ import numpy as np
 from .chain import DERIVATIVES, FORCES, GROUND, Chain
 from .energies import Rows, damping_matrix, mass_matrix, stiffness_matrix
 from .ground import Driven, driven_grounds, ground_rows
+from .kept import keepable
 
 Array = jax.Array
 
@@ -86,6 +87,7 @@ class Port:
     held: bool = False
 
 
+@keepable
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class StateSpace:
@@ -312,6 +314,7 @@ def _balance(matrix: Array) -> Array:
     return jnp.exp2(jnp.round(jnp.log2(jax.lax.fori_loop(0, 12, sweep, jnp.ones(size)))))
 
 
+@keepable
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Step:

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 
 from .acting import ActingRows, LinearPart
 from .chain import DERIVATIVES, FORCES
+from .kept import keepable
 from .law_forces import Laws, times
 from .linear import Array, Step, moved_grounds
 from .plant import Plant
@@ -28,6 +29,7 @@ MOST_UNROLLED = 16
 """Largest matrix of law forces whose inverse is unrolled [-]; larger ones take long to compile."""
 
 
+@keepable
 class March(NamedTuple):
     """A motion as it was marched.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import jax
@@ -13,6 +12,7 @@ import numpy as np
 from jax.core import Tracer
 
 from .acting import ActingRows, LinearPart, linear_part, space_of
+from .kept import kept
 from .linear import Array, StateSpace, make_step
 from .march import March, march_rows
 from .plant import Plant
@@ -27,7 +27,7 @@ FUSED = {"xla_cpu_use_fusion_emitters": True} if OLDER in os.environ.get("XLA_FL
 this alone runs three times as fast by the newer ones."""
 
 
-@partial(jax.jit, static_argnums=(0, 1))
+@kept((0, 1))
 def _simulate(
     bare: Plant,
     substeps: int,
@@ -67,14 +67,14 @@ def _acting(plant: Plant, strengths: Any, widths: Any) -> ActingRows:
     return ActingRows(strengths, wiring.select, rounded, wiring.unused)
 
 
-@partial(jax.jit, static_argnums=(0, 1, 6))
+@kept((0, 1, 6))
 def _linear(
     lawless: Plant, substeps: int, z: Array, select: Array, unused: Array, step: Array, pushed: bool
 ) -> LinearPart:
     return linear_part(lawless, substeps, z, ActingRows(None, select, None, unused), step, pushed)
 
 
-@partial(jax.jit, static_argnums=(0, 1))
+@kept((0, 1))
 def _linear_along(
     lawless: Plant,
     substeps: int,
@@ -168,7 +168,7 @@ def tangents(
     return _tangents(plant.bare, substeps, bare, by, *given)
 
 
-@partial(jax.jit, static_argnums=(0, 1))
+@kept((0, 1))
 def _tangents(
     bare: Plant,
     substeps: int,
@@ -217,7 +217,7 @@ def _varied(
     return _read_along(plant, acting, step, at, known.motion, along, by_motion)
 
 
-@partial(jax.jit, static_argnums=0)
+@kept((0,))
 def _told_along(bare: Plant, z: Array, by_z: Array, inputs: Array, step: Array) -> Any:
     """What varies and the inputs as they are marched, and how they move along directions."""
 
@@ -227,7 +227,7 @@ def _told_along(bare: Plant, z: Array, by_z: Array, inputs: Array, step: Array) 
     return told(z), jax.vmap(lambda by: jax.jvp(told, (z,), (by,))[1])(by_z)
 
 
-@partial(jax.jit, static_argnums=0, compiler_options=FUSED)
+@kept((0,), FUSED)
 def _read_along(
     plant: Plant, acting: ActingRows, step: Array, at: Point, motion: Any, *along: Any
 ) -> Array:
@@ -266,7 +266,7 @@ def still_tangents(plant: Plant, z: Any, directions: Any, inputs: Array, step: A
     return _still(plant.bare, bare, by_z, acting, inputs, step, linear)
 
 
-@partial(jax.jit, static_argnums=0)
+@kept((0,))
 def _still(
     bare: Plant,
     z: Array,
@@ -318,7 +318,7 @@ def pushed_tangents(
     return _pushed(plant.bare, substeps, bare, acting, inputs, step, linear, pushes)
 
 
-@partial(jax.jit, static_argnums=(0, 1))
+@kept((0, 1))
 def _pushed(
     bare: Plant,
     substeps: int,
@@ -366,7 +366,7 @@ def state_history(
     return np.asarray(motion.states), forces, np.asarray(motion.memory)
 
 
-@partial(jax.jit, static_argnums=0)
+@kept((0,))
 def law_geometry(plant: Plant, z: Array) -> tuple[Array, Array, Array]:
     """Rows that turn states and inputs into stretches and rates of the law places.
 
@@ -382,7 +382,7 @@ def law_geometry(plant: Plant, z: Array) -> tuple[Array, Array, Array]:
     return space.stretch, space.rate, space.rate_input
 
 
-@partial(jax.jit, static_argnums=0)
+@kept((0,))
 def force_responses(plant: Plant, z: Array, forces: Array, step: Array) -> Array:
     """Linear response of the sensors to forces at the law places, from rest.
 
@@ -399,7 +399,7 @@ def force_responses(plant: Plant, z: Array, forces: Array, step: Array) -> Array
     return states @ space.c.T + forces @ space.d[:, len(plant.inputs) :].T
 
 
-@partial(jax.jit, static_argnums=0)
+@kept((0,))
 def forced_motion(plant: Plant, z: Array, forces: Array, step: Array) -> tuple[Array, Array]:
     """Stretch and rate of the law rows under forces there, from rest; as `force_responses`.
 

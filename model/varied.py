@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -12,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .acting import ActingRows, LinearPart
+from .kept import keepable, kept
 from .law_forces import Laws, rate_jumps
 from .linear import Array
 from .march import (
@@ -31,6 +31,7 @@ BLOCK = 256
 """Steps whose matrices are found together [-]: they stay in the processor's cache."""
 
 
+@keepable
 class Point(NamedTuple):
     """What a motion is made of; also, with a first axis of directions, how that moves.
 
@@ -52,6 +53,7 @@ def is_varied(bare: Plant) -> bool:
     return bool(laws_of(bare)) and not rate_jumps(replace(bare, inputs=bare.marched))
 
 
+@keepable
 class StepMatrices(NamedTuple):
     """A motion, and how the end of each of its steps follows from its beginning.
 
@@ -79,7 +81,7 @@ class StepMatrices(NamedTuple):
     numbers: Array
 
 
-@partial(jax.jit, static_argnums=(0, 1))
+@kept((0, 1))
 def step_matrices(
     plant: Plant, substeps: int, at: Point, acting: ActingRows, step: Array
 ) -> StepMatrices:
@@ -99,7 +101,7 @@ def step_matrices(
     return _Steps(plant, substeps, acting, step).matrices(at)
 
 
-@partial(jax.jit, static_argnums=(0, 1))
+@kept((0, 1))
 def varied_motion(
     plant: Plant,
     substeps: int,
@@ -178,7 +180,7 @@ def varied_motion(
     return after[..., :n], after[..., n:]
 
 
-@partial(jax.jit, static_argnums=0)
+@kept((0,))
 def varied_linear(
     plant: Plant, at: Point, along: Point, step: Array
 ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 Progress = Callable[[str], None]
 
 
-KEPT_PROGRAMS = 4000
-"""Compiled programs that may lie in the user's cache folder [-]: some 80 kB each."""
+KEPT_PROGRAMS = 6000
+"""Traced and compiled programs that may lie in the user's cache folder [-]: some 80 kB each."""
 
 
 def start_engine() -> None:
-    """Let jax keep compiled code in the user's cache folder, for later runs.
+    """Keep traced and compiled programs in the user's cache folder, for later runs.
 
     A program that cannot be read there, since its writer was killed, is compiled again.
     """
@@ -34,6 +34,7 @@ def start_engine() -> None:
     if os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(own)) == str(own):
         _forget_oldest(own)
     os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.1")
+    os.environ.setdefault("SUPPLE_PROGRAMS", os.environ["JAX_COMPILATION_CACHE_DIR"])
     warnings.filterwarnings("ignore", "Error (reading|writing) persistent compilation cache")
 
 

@@ -27,6 +27,8 @@ BROWSER_FLAGS = (
 # import; away from the user's own folder.
 os.environ["JAX_COMPILATION_CACHE_DIR"] = str(ROOT / "build" / "jax")
 os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0.1"
+# A test may change what a program is made of: each process traces its own.
+os.environ["SUPPLE_PROGRAMS"] = ""
 
 # First calls compile, which would break any deadline; the same examples come up in every run.
 hypothesis.settings.register_profile("house", deadline=None, derandomize=True, max_examples=30)
