@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from . import planar
+from .kept import keepable, kept
 from .lagrange import Acting, Array, Past, PlanarPlant
 from .radau import NODES, Numbers, at_stages, continued, iteration_matrix, one_step
 
@@ -20,6 +21,7 @@ IDLE = 1e-9
 """What a step of no length counts as where something is divided by it [s]."""
 
 
+@keepable
 class Plane(NamedTuple):
     """The numbers of one planar robot, as data.
 
@@ -38,6 +40,7 @@ class Plane(NamedTuple):
     shapes: tuple[tuple[Any, ...], ...]
 
 
+@keepable
 class Course(NamedTuple):
     """Where a march stands; n of the coordinates move.
 
@@ -58,6 +61,7 @@ class Course(NamedTuple):
     memory: tuple[Any, ...]
 
 
+@keepable
 class Legs(NamedTuple):
     """What drives some steps.
 
@@ -82,7 +86,7 @@ def plant_of(model: str, acting: tuple[Acting, ...], plane: Plane) -> PlanarPlan
     )
 
 
-@partial(jax.jit, static_argnums=(0, 1))
+@kept((0, 1))
 def begin(
     model: str, acting: tuple[Acting, ...], plane: Plane, q: Array, v: Array, u: Array
 ) -> Course:
@@ -109,7 +113,7 @@ def begin(
     return Course(q[free], v[free], jnp.zeros((n, 3)), 0.0 * u[0], jnp.full(n, LEAST), memory)
 
 
-@partial(jax.jit, static_argnums=(0, 1))
+@kept((0, 1))
 def legs(
     model: str, acting: tuple[Acting, ...], plane: Plane, course: Course, ahead: Legs
 ) -> tuple[Course, tuple[Array, Array, Array, Array]]:
