@@ -94,11 +94,14 @@ def _traced(
 ) -> Computes | None:
     """A function of arrays alone, from disk or traced; None where its program cannot be kept."""
     name = f"{function.__module__}.{function.__qualname__}"
+    source = source_digest()
     try:
         told = _told((tuple(held.items()), shapes))
     except TypeError:
         return None
-    text = "\n".join((source_digest(), name, told, str(outline)))
+    if not source:
+        return None
+    text = "\n".join((source, name, told, str(outline)))
     path = Path(folder) / f"{name}-{hashlib.sha256(text.encode()).hexdigest()}.traced"
     found = _read(path)
     if found is not None:
@@ -161,9 +164,15 @@ def _told(value: Any) -> str:
 
 @cache
 def source_digest() -> str:
-    """Of what decides how the model is traced [-]: its source, jax, and what jax is told."""
+    """Of what decides how the model is traced [-]: its source, jax, and what jax is told.
+
+    Empty where the source is not at hand.
+    """
+    sources = sorted(Path(__file__).parent.rglob("*.py"))
+    if not sources:
+        return ""
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.rglob("*.py")):
+    for path in sources:
         digest.update(path.read_bytes())
     told = jax.__version__, jax.default_backend(), os.environ.get("XLA_FLAGS", "")
     digest.update(repr((told, jax.config.read("jax_enable_x64"))).encode())

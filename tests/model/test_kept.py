@@ -122,6 +122,12 @@ def test_what_no_text_stands_for_is_not_kept(folder):
     assert not files(folder)
 
 
+def test_without_the_source_nothing_is_kept(folder, monkeypatch):
+    monkeypatch.setattr(module, "source_digest", lambda: "")
+    np.testing.assert_array_equal(counted().call(Form(3), X).states, X**3)
+    assert not files(folder)
+
+
 def test_what_jax_does_not_promise_to_read_later_is_not_kept(folder, monkeypatch):
     def refuses(function: Any) -> Any:
         def call(*_: Any) -> Any:
