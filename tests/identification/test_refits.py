@@ -151,6 +151,25 @@ def test_of_laws_that_no_step_asks_for_those_are_weighed_that_fit_best(monkeypat
     assert len(quick.tried) == 6  # with the told law by both ways
 
 
+def test_what_rings_has_longer_to_find_its_own_frequency(monkeypatch):
+    laws = [candidate(law, 90.0) for law in ("cubic_stiffness", "support_flexibility")]
+    budgets = {}
+
+    def extend(fit: Fit, law: Candidate, evaluations: int) -> Any:
+        budgets[law.law.name] = evaluations
+        return stand_in(3000.0)
+
+    monkeypatch.setattr(refits, "thinned", lambda model: model)
+    monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
+    monkeypatch.setattr(refits, "promising", lambda fit, chosen, least: chosen)
+    monkeypatch.setattr(refits, "misfit_chance", lambda fit: 0.0)
+    monkeypatch.setattr(refits, "worst_ratio", lambda fit: 2.0)
+    monkeypatch.setattr(refits, "extend", extend)
+    monkeypatch.setattr(refits, "told_trials", lambda fit, always: (fit, []))
+    quick_refits(stand_in(5000.0), laws, [], lambda words: None)
+    assert budgets == {"cubic_stiffness": refits.QUICK, "support_flexibility": refits.RINGING}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("bench", "seed", "decibels", "name"),
@@ -161,6 +180,7 @@ def test_of_laws_that_no_step_asks_for_those_are_weighed_that_fit_best(monkeypat
         ("A", 102002, "30", "clubhead/linear_stiffness"),  # a gain cost less, and left an encoder
         ("B", 98414, "30", "sleeve/hysteresis"),  # a fixed club's shaft was reached first
         ("B", 101001, "30", "sleeve/hysteresis"),  # nearly all of a sleeve's spring gives way
+        ("B", 106014, "30", "base/support_flexibility"),  # a rider had been nearer at first
     ],
 )
 def test_a_bench_whose_cause_others_had_stood_in_for(tmp_path, bench, seed, decibels, name):
