@@ -33,6 +33,7 @@ from .trial import (
 )
 
 TRIALS = 5
+
 QUICK, RINGING = 10, 30
 """Budget of a quick refit, and of one of a law that rings [-]: the screen knows its frequency only
 as it is seen, and what gives way rings by itself elsewhere. With 10 a support was left on the way,

@@ -1,4 +1,4 @@
-"""Programs that are kept on disk as they were traced: tracing is half of what a new process waits.
+"""Programs that are kept on disk as they were traced: to trace them takes a new process long.
 
 jax keeps what it has compiled, but finds it by the program, which it must trace first: for a march
 under laws that takes seconds, for every set of laws anew. Here the traced program itself is kept,
