@@ -11,6 +11,7 @@ from scipy.interpolate import BSpline, CubicSpline
 from ..model.chain import DERIVATIVES
 from ..model.respond import simulate
 from .allowance import Allowance, Followed, used
+from .beside import each
 from .linear_laws import is_linear
 from .prepare import Prepared
 from .problem import Model, sample
@@ -39,14 +40,22 @@ def drive_allowances(model: Model, x: np.ndarray) -> dict[str, list[Allowance]]:
 
     Source: errors in variables, Fuller 1987, chapter 1; tests/identification/test_allowance.py.
     """
-    found: dict[str, list[Allowance]] = {}
-    for prepared in model.problem.records:
+
+    def of(prepared: Prepared) -> list[Allowance]:
+        parts, z = [], _of_small(model, prepared, x)
         for index, channel in _told(prepared):
-            z = _of_small(model, prepared, x)
-            parts = found.setdefault(prepared.name, [])
             parts.append(_errors(model, prepared, z, index, channel))
             parts += _clock(model, prepared, z, index, channel)
-    return found
+        return parts
+
+    told = [prepared for prepared in model.problem.records if _told(prepared)]
+    found = each(of, told, lambda p: ("drive errors", *model.code(p)))
+    return {prepared.name: parts for prepared, parts in zip(told, found, strict=True)}
+
+
+def has_told_motion(model: Model) -> bool:
+    """Whether `drive_allowances` finds any."""
+    return any(_told(prepared) for prepared in model.problem.records)
 
 
 def estimated_errors(

@@ -9,8 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from .allowance import Allowance, Used, joined, used
+from .beside import each_whole
 from .descent import descend, spring_pairs
-from .drive_error import drive_allowances, followed_motions
+from .drive_error import drive_allowances, followed_motions, has_told_motion
 from .errors import covariance_of
 from .guess import first_guess
 from .lever import lever_allowances
@@ -226,8 +227,7 @@ def fit_base(problem: Problem, crawling: float = 0.0) -> Fit:
     near = replace(model, problem=coarse, noises=rough_noise(coarse))
     best = _grown(near, first_guess(near))
     if has_basins(model) and _dominated(best):
-        for start in other_starts(near, best.x):
-            fit = _grown(near, start)
+        for fit in each_whole(lambda start: _grown(near, start), other_starts(near, best.x)):
             best = fit if fit.cost < BASIN * best.cost else best
     return _other_end(settle(solve(model, best.x, ENTRY), crawling=crawling))
 
@@ -395,7 +395,7 @@ def settle(fit: Fit, at_last: bool = True, crawling: float = 0.0) -> Fit:
         floor = learn_noise(fit)
         model, x = with_known_starts(fit.model, fit.x)
         # errors of told motions that nobody has estimated yet are not errors of the model
-        bare = not fit.model.allowances and bool(drive_allowances(fit.model, fit.x))
+        bare = not fit.model.allowances and has_told_motion(fit.model)
         noises = floor if bare else weights_of(fit, floor)
         before = fit.model.noises
         same = all(_alike(noises[key], before[key]) for key in noises)

@@ -230,12 +230,12 @@ class Model:
             return found
 
         found: dict[Key, np.ndarray] = {}
-        for one in each(read, self.problem.records, lambda p: ("read", finer, *self._code(p))):
+        for one in each(read, self.problem.records, lambda p: ("read", finer, *self.code(p))):
             found |= one
         return found
 
-    def _code(self, prepared: Prepared) -> tuple[Hashable, ...]:
-        """What the compiled code that simulates a record depends on."""
+    def code(self, prepared: Prepared) -> tuple[Hashable, ...]:
+        """What the compiled code that simulates a record depends on, see `each`."""
         return self.plant(prepared), self.substeps(prepared), prepared.inputs.shape
 
     def residual(self, x: np.ndarray) -> np.ndarray:
@@ -302,7 +302,7 @@ class Model:
 
         def code(prepared: Prepared) -> tuple[Hashable, ...]:
             still = self._holds_numbers(prepared)
-            return "slopes", still, self._lanes(prepared), *self._code(prepared)
+            return "slopes", still, self._lanes(prepared), *self.code(prepared)
 
         blocks = each(lambda p: self._slopes(p, x), self.problem.records, code)
         pulled = np.flatnonzero(self._has_prior)

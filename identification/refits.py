@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .beside import THREADS, each_whole
 from .evidence import delta_bic
 from .extend import extend, extended_model, thinned, without, worst_ratio
 from .fit import CRAWL, DOMINATED, Fit, solve
@@ -103,35 +104,54 @@ def quick_refits(
     promise = promising(fit, chosen, least)
     if not promise:
         return Quick(start, ())
-    for candidate in with_limits(promise, open_):
-        if done is not None and candidate not in others and not may_rival(candidate, done):
-            continue
-        progress(f"trying {candidate.name}")
-        budget = RINGING if candidate.law.rings else QUICK
-        quick.append((extend(start, candidate, budget), candidate))
-        if done is None and misfit_chance(quick[-1][0]) > MISFIT_SHOWN:
-            done = candidate
+    awaited = with_limits(promise, open_)
+    while awaited:
+        if done is not None:
+            awaited = [c for c in awaited if c in others or may_rival(c, done)]
+        now, awaited = awaited[:THREADS], awaited[THREADS:]
+        for refit, candidate in zip(_extended(start, now, progress), now, strict=True):
+            if done is None or candidate in others or may_rival(candidate, done):
+                quick.append((refit, candidate))
+            if done is None and misfit_chance(refit) > MISFIT_SHOWN:
+                done = candidate
     problem = fit.problem
     swung = bool(accepted) and is_swung(problem, accepted[-1].candidate.cause)
     told, fresh = fit, []  # one of what a told motion swings hides the next
     if done is None and (swung or not accepted):
         told, fresh = told_trials(fit, lambda one: swung and is_swung(problem, one.cause))
     begun = _begun(told, fresh, start, progress)
-    quick += [(weighed_as(start, one, EVALUATIONS), one.candidate) for one in begun]
+    quick += _weighed(start, begun)
     if fresh and not swung and all(worst_ratio(one) > DOMINATED for one, _ in quick):
         unasked = unasked_trials(told, {one.candidate.name for one in begun})
         begun = sorted(_begun(told, unasked, start, progress), key=lambda one: one.cost)[:UNASKED]
-        quick += [(weighed_as(start, one, EVALUATIONS), one.candidate) for one in begun]
+        quick += _weighed(start, begun)
     return Quick(start, tuple(sorted(quick, key=lambda pair: pair[0].cost)))
 
 
 def _begun(told: Fit, laws: Sequence[Candidate], start: Fit, progress: Progress) -> list[Begun]:
     """Laws fitted from told constants, without those that do nothing there."""
-    found = []
-    for candidate in laws:
+
+    def begin(candidate: Candidate) -> Begun | None:
         progress(f"trying {candidate.name} from told constants")
-        found.append(begun_from_told(told, candidate, start, 2 * EVALUATIONS))
-    return [one for one in found if one is not None]
+        return begun_from_told(told, candidate, start, 2 * EVALUATIONS)
+
+    return [one for one in each_whole(begin, laws) if one is not None]
+
+
+def _weighed(start: Fit, begun: Sequence[Begun]) -> list[tuple[Fit, Candidate]]:
+    """Quick refits of laws that were begun from told constants."""
+    found = each_whole(lambda one: weighed_as(start, one, EVALUATIONS), begun)
+    return [(fit, one.candidate) for fit, one in zip(found, begun, strict=True)]
+
+
+def _extended(start: Fit, laws: Sequence[Candidate], progress: Progress) -> list[Fit]:
+    """Quick refits of laws from where the fit without them stands."""
+
+    def refit(candidate: Candidate) -> Fit:
+        progress(f"trying {candidate.name}")
+        return extend(start, candidate, RINGING if candidate.law.rings else QUICK)
+
+    return each_whole(refit, laws)
 
 
 def whole_refits(fit: Fit, quick: Quick) -> tuple[list[Trial], Quick]:
@@ -149,11 +169,14 @@ def whole_refits(fit: Fit, quick: Quick) -> tuple[list[Trial], Quick]:
     Source: tests/identification/test_refits.py.
     """
     near, aside = _worth_whole(quick)
-    found: list[Trial] = []
-    for one, candidate in near:
+
+    def refit(pair: tuple[Fit, Candidate]) -> Trial:
+        one, candidate = pair
         whole = replace(one.model, problem=fit.problem, allowances=fit.model.allowances)
         full = solve(whole, one.x, 25, CRAWL)
-        found.append(Trial(candidate, full, delta_bic(fit, full)))
+        return Trial(candidate, full, delta_bic(fit, full))
+
+    found = each_whole(refit, near)
     return quietest_first(fit, simplest_first(found)), Quick(quick.start, tuple(aside))
 
 
@@ -164,13 +187,12 @@ def _worth_whole(
     best = quick.tried[0][0].cost
     gained = quick.start.cost - best
     limits = {limit_of(candidate) for _, candidate in quick.tried[:1]}  # never left out
-    near, aside = [], []
+    close, aside = [], []
     for rank, (fit, candidate) in enumerate(quick.tried):
         hopeless = fit.cost - best > max(HOPELESS, 0.2 * gained)
-        if (rank > 2 or (rank and hopeless)) and candidate.name not in limits:
-            aside.append((fit, candidate))
-        else:
-            near.append((solve(fit.model, fit.x, 30), candidate))
+        far = (rank > 2 or (rank and hopeless)) and candidate.name not in limits
+        (aside if far else close).append((fit, candidate))
+    near = each_whole(lambda pair: (solve(pair[0].model, pair[0].x, 30), pair[1]), close)
     near.sort(key=lambda pair: pair[0].cost)
     best = near[0][0].cost
     kept = []
@@ -285,11 +307,10 @@ def _from_its_constants(trial: Trial, causes: Sequence[Cause], evaluations: int)
     bare = solve(bare.model, bare.x, 0)
     there = screen(bare, [own.cause, *causes])
     least = EXCHANGE * next(c.gain for c in there if c.name == own.name)
-    found = []
-    for candidate in there:
-        if candidate.name != own.name and candidate.gain >= least:
-            other = extend(bare, candidate, evaluations)
-            if other.cost < trial.fit.cost + AMBIGUOUS:
-                gain = trial.delta_bic + delta_bic(trial.fit, other)
-                found.append(Trial(candidate, other, gain))
-    return found
+    tried = [c for c in there if c.name != own.name and c.gain >= least]
+    fits = each_whole(lambda candidate: extend(bare, candidate, evaluations), tried)
+    return [
+        Trial(candidate, other, trial.delta_bic + delta_bic(trial.fit, other))
+        for candidate, other in zip(tried, fits, strict=True)
+        if other.cost < trial.fit.cost + AMBIGUOUS
+    ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -14,6 +14,7 @@ from scipy.stats import chi2 as chi2_distribution
 from ..model.law import Law, Place, Scales
 from ..model.plant import numbers_vector
 from ..model.respond import force_responses, pushed_tangents
+from .beside import each
 from .causes import numbers_at, possible_causes
 from .drive_error import estimated_errors
 from .evidence import held_back
@@ -278,8 +279,9 @@ def _force_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
     moved = motions(model, fit.x, places)
     rows = {place: len(moved[place]) // len(problem.records) for place in places}
     starts = dict(zip(places, np.cumsum([0, *rows.values()])[:-1], strict=True))
-    blocks = []
-    for index, prepared in enumerate(problem.records):
+
+    def of(index: int) -> list[np.ndarray]:
+        prepared = problem.records[index]
         numbers = model.numbers(prepared, fit.x)
         spots: dict[str, list[Spot]] = {}
         for place in places:
@@ -311,7 +313,15 @@ def _force_columns(fit: Fit, trials: Sequence[Attempt]) -> np.ndarray:
             inputs, *rest = model.arguments(prepared)
             seen = pushed_tangents(plant, model.substeps(prepared), z, pushes, inputs, *rest)
         seen = np.nan_to_num(np.asarray(seen)[: len(trials)], nan=0.0, posinf=0.0, neginf=0.0)
-        blocks += _misread_columns(fit, prepared, seen.transpose(1, 2, 0))
+        return _misread_columns(fit, prepared, seen.transpose(1, 2, 0))
+
+    laws = tuple(dict.fromkeys(trial.cause[1].name for trial in trials))
+
+    def compiled(index: int) -> Hashable:
+        return "forces", laws, len(trials), *model.code(problem.records[index])
+
+    found = each(of, range(len(problem.records)), compiled)
+    blocks = [block for blocks in found for block in blocks]
     return _allowed(fit, np.concatenate(blocks))
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
+from .beside import each_whole
 from .guess import bounded, constants_named, solve_linear
 from .problem import Model
 
@@ -45,18 +47,15 @@ def other_starts(model: Model, x: np.ndarray) -> list[np.ndarray]:
     near = replace(model, horizon=PERIODS)
     springs = constants_named(model, "stiffness")
     told = np.array([entry.value / entry.scale for entry in model.entries])
-    found: list[tuple[float, int, np.ndarray]] = []
-    for index in springs:
-        for center in (x, told):
-            for ratio in RATIOS:
-                for together in TOGETHER:
-                    start = center.copy()
-                    start[springs] *= together
-                    start[index] *= ratio
-                    start, cost = solve_linear(near, bounded(model, start))
-                    found.append((cost, len(found), start))
+    begun = []
+    for index, center, ratio, together in product(springs, (x, told), RATIOS, TOGETHER):
+        start = center.copy()
+        start[springs] *= together
+        start[index] *= ratio
+        begun.append(bounded(model, start))
+    found = each_whole(lambda start: solve_linear(near, start), begun)
     chosen: list[np.ndarray] = []
-    for _, _, start in sorted(found):
+    for start, _ in sorted(found, key=lambda one: one[1]):
         if all(_apart(start[springs], other[springs]) for other in chosen):
             chosen.append(start)
     return [bounded(model, start) for start in chosen[:MOST]]

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..model.chain import DERIVATIVES
+from .beside import each_whole
 from .evidence import excess
 from .fit import CRAWL, Fit, fit_base, settle, solve
 from .missing import MissingForce, missing_force
@@ -112,7 +113,7 @@ def whereabouts(
         return Whereabouts(found[0].what, kind, found)
     progress("looking for the place of the missing force")
     places = [p for p in fit.problem.mechanism.law_places() if not is_swung_place(fit.problem, p)]
-    pushed = [missing_force(fit, place) for place in places]
+    pushed = each_whole(lambda place: missing_force(fit, place), places)
     links = fit.problem.mechanism.law_places()
     forces = sorted(
         (one for one in pushed if one is not None),
@@ -140,16 +141,21 @@ def apart(fit: Fit, progress: Progress = lambda text: None) -> tuple[Apart, ...]
     doi:10.1109/TAC.1984.1103593); tests/identification/test_whereabouts.py.
     """
     parts = _parts(fit.problem)
-    found = []
-    for what, problem in parts:
+
+    def on(part: tuple[str, Problem]) -> Apart:
+        what, problem = part
         progress(f"fitting all but {what}")
-        found.append(_apart(fit, what, _from_there(fit, problem)))
+        return _apart(fit, what, _from_there(fit, problem))
+
+    def anew(part: tuple[str, Problem]) -> Apart:
+        what, problem = part
+        progress(f"fitting all but {what} anew")
+        return _apart(fit, what, fit_base(problem))
+
+    found = each_whole(on, parts)
     if not any(one.fits for one in found):
-        for index, (what, problem) in enumerate(parts):
-            progress(f"fitting all but {what} anew")
-            anew = _apart(fit, what, fit_base(problem))
-            if anew.left < found[index].left:
-                found[index] = anew
+        again = each_whole(anew, parts)
+        found = [min(pair, key=lambda one: one.left) for pair in zip(found, again, strict=True)]
     return tuple(sorted(found, key=lambda one: (0, -one.before) if one.fits else (1, one.left)))
 
 

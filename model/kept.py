@@ -79,7 +79,7 @@ def kept(
             if not folder or any(isinstance(leaf, Tracer) for leaf in leaves):
                 return plain(*given)
             leaves = [leaf if isinstance(leaf, jax.Array) else np.asarray(leaf) for leaf in leaves]
-            shapes = tuple((leaf.shape, str(leaf.dtype)) for leaf in leaves)
+            shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
             held = tuple((i, given[i]) for i in static if i < len(given))
             found = program(folder, held, outline, shapes)
             return plain(*given) if found is plain else found(*jax.tree.unflatten(outline, leaves))
@@ -96,7 +96,7 @@ def _traced(
     name = f"{function.__module__}.{function.__qualname__}"
     source = source_digest()
     try:
-        told = _told((tuple(held.items()), shapes))
+        told = _told((tuple(held.items()), tuple((*shape, str(kind)) for shape, kind in shapes)))
     except TypeError:
         return None
     if not source:
