@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -25,9 +26,15 @@ THREADS = min(os.cpu_count() or 1, 8)
 """Threads of a pool [-]: half of the work is Python's own, which more would only wait for."""
 
 
+HANDOVER = 2e-4
+"""How long a thread that comes back from compiled code waits until another one gives up Python's
+lock [s]: calls of compiled code take milliseconds, and Python's own 5 ms are as long."""
+
+
 @cache
 def _pool(process: int, name: str) -> ThreadPoolExecutor:
     """Threads of this process; one that was forked from it makes its own."""
+    sys.setswitchinterval(min(HANDOVER, sys.getswitchinterval()))
     return ThreadPoolExecutor(THREADS, thread_name_prefix=f"{name}-{process}")
 
 
