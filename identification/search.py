@@ -35,9 +35,11 @@ from .swung import is_swung
 from .trial import (
     AMBIGUOUS,
     HALFWAY,
+    HOLDS_ZERO,
     IDLE,
     LEAST_EVIDENCE,
     LEAST_GAIN,
+    LED,
     MENDS_FORM,
     NO_GAIN,
     SIMPLER,
@@ -171,6 +173,8 @@ class Search:
                     rivals = self._rivals(trial, best_of_each([*others, *near]), near)
                     self._accept([trial], rivals)
                     return True
+                if trial.verdict == HOLDS_ZERO and self._led(trial):
+                    return True
                 alone = not rank and not self.accepted  # later pairs are two stand-ins more
                 if alone and trial.verdict == NO_GAIN and self._pair(trial):
                     return True
@@ -178,6 +182,24 @@ class Search:
             if verdicts != {NO_GAIN}:  # a stand-in may hide one that foretells better
                 return False
         return False
+
+    def _led(self, trial: Trial) -> bool:
+        """Whether a law that is nothing itself led the rig as it stands to a far better minimum.
+
+        That is its fit from then on: laws were on their way to it, and none of them is the cause.
+        """
+        if self.accepted:
+            return False
+        bare = without(trial.fit, *trial.candidate.cause)
+        bare = solve(bare.model, bare.x, 40, CRAWL)
+        idle = delta_bic(bare, trial.fit) < LEAST_EVIDENCE
+        if not idle or bare.cost > (1.0 - LEAST_STEP) * self.fit.cost:
+            return False
+        self.progress("fitting the rig as it stands from better constants")
+        self.base = self.fit = settle(bare, crawling=CRAWL)
+        self.stages, self._held_before, self.first = [self.base], None, []
+        self.trials[-1] = replace(trial, verdict=LED)
+        return True
 
     def _judge(self, trial: Trial, before: Fit) -> Trial:
         """Accept or refuse one trial, in words."""
@@ -205,7 +227,7 @@ class Search:
         index = fit.index(trial.candidate.entry.label)
         told = trial.delta_bic > UNSHOWN and misfit_chance(fit) > MISFIT_SHOWN
         if abs(fit.value(index)) < 3.0 * fit.std(index) and not told:
-            return replace(trial, verdict="refused: its interval holds zero")
+            return replace(trial, verdict=HOLDS_ZERO)
         if trial.candidate.law.slot == "delay" and abs(fit.value(index)) < interval(trial):
             return replace(trial, verdict="refused: it is shorter than a sampling interval")
         if at_its_end(fit, index):

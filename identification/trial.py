@@ -314,6 +314,10 @@ def outdone(close: Contest, name: str) -> str:
 
 IDLE = "dropped: beside the other causes it is idle"
 
+HOLDS_ZERO = "refused: its interval holds zero"
+
+LED = "refused: it is nothing itself, but led the rig to better constants"
+
 MENDS_FORM = "refused: it takes away no more than a lumped club may leave of a real one"
 
 SIMPLER = "refused: its simpler case foretells held-out records better"

@@ -19,7 +19,7 @@ from supple.identification.extend import extend
 from supple.identification.fit import solve
 from supple.identification.records import split_records
 from supple.identification.screen import screen
-from supple.identification.trial import LEAST_EVIDENCE, UNSHOWN, Trial
+from supple.identification.trial import HOLDS_ZERO, LEAST_EVIDENCE, UNSHOWN, Trial
 from supple.model.law import library
 from tests.identification.benches import Bench, make_bench
 from tests.identification.conftest import CUBIC
@@ -119,7 +119,7 @@ def test_zero_is_refused_by_the_records_whatever_the_standard_deviation(
     assert trial.delta_bic > UNSHOWN
     assert search._judge(trial, search.base).verdict == "accepted"
     weak = replace(trial, delta_bic=UNSHOWN - 1.0)
-    assert search._judge(weak, search.base).verdict == "refused: its interval holds zero"
+    assert search._judge(weak, search.base).verdict == HOLDS_ZERO
 
 
 def test_where_no_law_is_accepted_the_rig_itself_is_fitted_to_the_end(
@@ -135,6 +135,33 @@ def test_where_no_law_is_accepted_the_rig_itself_is_fitted_to_the_end(
     assert search.base is search.fit and search.stages == [search.base]
     assert search.fit.converged
     assert search.fit.cost == pytest.approx(base.cost, rel=1e-4)
+
+
+def test_a_law_that_only_led_the_rig_to_better_constants_leaves_them_to_it(clean_diagnosis):
+    base = clean_diagnosis.base
+    moved = np.where([e.slot == "numbers" for e in base.model.entries], 1.02, 1.0) * base.x
+    stuck = solve(base.model, moved, 0)
+    assert stuck.cost > 3.0 * base.cost
+    guide = next(c for c in screen(base) if c.law.name == "quadratic_damping")
+    trial = Trial(guide, extend(base, guide, 40), 1000.0)
+    search = searching.Search(stuck, None, lambda text: None)
+    search.trials.append(trial)
+    assert search._led(trial)
+    assert (search.trials[-1].candidate, search.trials[-1].verdict) == (guide, searching.LED)
+    assert search.fit is search.base and search.stages == [search.base]
+    assert search.base.model.causes == ()
+    assert search.base.cost == pytest.approx(base.cost, rel=0.01)
+    again = searching.Search(search.base, None, lambda text: None)
+    again.trials.append(trial)
+    assert not again._led(trial), "from there it leads nowhere"
+
+
+def test_a_law_that_is_needed_leaves_nothing_to_the_rig(softening_diagnosis):
+    right, base = softening_diagnosis.accepted[0], softening_diagnosis.base
+    search = searching.Search(base, None, lambda text: None)
+    search.trials.append(right)
+    assert not search._led(right)
+    assert search.base is base and search.trials[-1] is right
 
 
 def test_a_cause_that_a_later_one_made_idle_is_dropped(softening_diagnosis):
