@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from ..model.rig import Rig
+from .base import fit_base
 from .causes import hidden_masses, leaving_out
 from .evidence import excess, explained
 from .extend import worst_ratio
 from .finding import Diagnosis, crowded
-from .fit import CRAWL, DOMINATED, Fit, fit_base
+from .fit import CRAWL, DOMINATED, Fit
 from .form import within_form
 from .problem import make_problem
 from .records import Record, check_record_against_rig, split_records

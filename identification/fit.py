@@ -9,21 +9,17 @@ from functools import cached_property
 import numpy as np
 
 from .allowance import Allowance, Used, joined, used
-from .beside import each_whole
 from .descent import descend, spring_pairs
 from .drive_error import drive_allowances, followed_motions, has_told_motion
 from .errors import covariance_of
-from .guess import first_guess
 from .lever import lever_allowances
-from .losses import swapped_losses
 from .motions import with_scales
 from .noise import Misfit, Noise, Trust, choose_noise, colour_of, known_noise
 from .openings import opening_model
-from .prepare import Sensor, coarser
-from .problem import Key, Model, Problem, base_entries, rough_noise
+from .prepare import Sensor
+from .problem import Key, Model, Problem, base_entries
 from .ringing import find_ringing, ringing_allowances
 from .ripple_form import ripple_allowances
-from .starts import has_basins, other_starts
 
 CONVERGED = "The fit has converged."
 STOPPED = "The fit stopped before it converged: more iterations or better start values are needed."
@@ -151,6 +147,26 @@ def solve(model: Model, start: np.ndarray, evaluations: int = 40, crawling: floa
     return _finish(model, run.x, run.converged)
 
 
+def constants_held(model: Model, x: np.ndarray, evaluations: int) -> np.ndarray:
+    """Unknowns of the best fit by all but the rig's shared constants.
+
+    Args:
+        model: any.
+        x: where it begins, scaled [-].
+        evaluations: of the residual, at most.
+
+    Returns:
+        Scaled unknowns [-].
+    """
+    shared = [i for i, e in enumerate(model.entries) if e.slot == "numbers" and e.record is None]
+    own = [i for i in range(len(model.entries)) if i not in set(shared)]
+    held = tuple((model.entries[i], float(x[i] * model.scale[i])) for i in shared)
+    near = replace(model, entries=tuple(model.entries[i] for i in own), fixed=(*model.fixed, *held))
+    best = x.copy()
+    best[own] = solve(near, x[own], evaluations).x
+    return best
+
+
 def _finish(model: Model, x: np.ndarray, converged: bool) -> Fit:
     predicted = model.predict(x)
     estimates, taken = model.estimates(predicted), {}
@@ -203,64 +219,12 @@ def with_errors(fit: Fit) -> Fit:
     return replace(fit, covariance=covariance_of(fit.model, fit.x, fit.cost, fit.misfits))
 
 
-HORIZONS = (3.0, 10.0, 40.0, np.inf)
+DOMINATED = 10.0
+"""Misfit ratio beyond which errors of the model, not noise, are what a fit should spread [-]."""
 
 
-def fit_base(problem: Problem, crawling: float = 0.0) -> Fit:
-    """Fit the rig as it stands, with nuisances, from its own start values or better ones.
-
-    Where errors of the model dominate what is found, other starts are followed too.
-
-    Args:
-        problem: records and rig.
-        crawling: share of the cost below which steps are given up where errors of the model
-            dominate [-]; `polished` goes on.
-
-    Returns:
-        The fit with its noise law chosen and errors known; its problem carries scales.
-
-    Source: tests/identification/test_fit.py and the real records.
-    """
-    entries = base_entries(problem)
-    model = Model(problem, entries, (), rough_noise(problem))
-    coarse = replace(problem, records=tuple(coarser(p) for p in problem.records))
-    near = replace(model, problem=coarse, noises=rough_noise(coarse))
-    best = _grown(near, first_guess(near))
-    if has_basins(model) and _dominated(best):
-        for fit in each_whole(lambda start: _grown(near, start), other_starts(near, best.x)):
-            best = fit if fit.cost < BASIN * best.cost else best
-    return _other_end(settle(solve(model, best.x, ENTRY), crawling=crawling))
-
-
-def _other_end(fit: Fit) -> Fit:
-    """The fit, or a better one from where shaft and sleeve have swapped what they lose."""
-    if _dominated(fit):
-        return fit
-    start = swapped_losses(fit.model, fit.x, np.array([fit.std(i) for i in range(len(fit.x))]))
-    if start is None:
-        return fit
-    other = solve(fit.model, start, 60)
-    return settle(other) if other.cost < fit.cost else fit
-
-
-ENTRY = 15
-"""Evaluations on the whole records before their noise is learned [-]; the fit goes on after it."""
-
-
-BASIN = 0.5
-"""Another minimum is taken where its cost is below this share of the first one's [-]: it is
-reached by moving constants far, so it must be better beyond doubt."""
-
-
-def _grown(model: Model, x: np.ndarray) -> Fit:
-    """The fit from one start, first to a few periods of each record, then to more and more."""
-    for horizon in HORIZONS[:-1]:
-        if not _whole(model.problem, horizon):
-            x = solve(replace(model, horizon=horizon), x, 15).x
-    return solve(model, x, 60)
-
-
-def _dominated(fit: Fit) -> bool:
+def dominated(fit: Fit) -> bool:
+    """Whether errors of the model, not noise, are what some channel shows."""
     return any(misfit.ratio > DOMINATED for misfit in fit.misfits.values())
 
 
@@ -303,19 +267,11 @@ def with_known_starts(model: Model, x: np.ndarray) -> tuple[Model, np.ndarray]:
     return replace(model, entries=tuple(entries)), x
 
 
-def _whole(problem: Problem, horizon: float) -> bool:
-    return all(p.frequency * p.count * p.step <= horizon for p in problem.records)
-
-
 def _alike(new: Noise, old: Noise | Trust) -> bool:
     if isinstance(old, Trust):
         return False
     close = abs(np.log(new.std / old.std)) < 0.03 and new.law == old.law
     return close and np.allclose(new.coefficients, old.coefficients, atol=0.02)
-
-
-DOMINATED = 10.0
-"""Misfit ratio beyond which errors of the model, not noise, are what a fit should spread [-]."""
 
 
 def weights_of(fit: Fit, noises: Mapping[Key, Noise]) -> dict[Key, Noise]:
@@ -403,11 +359,11 @@ def settle(fit: Fit, at_last: bool = True, crawling: float = 0.0) -> Fit:
         model = replace(model, problem=problem, noises=noises, horizon=np.inf)
         model = replace(model, allowances=allowances_of(model, fit))
         model = replace(model, followed=followed_motions(model, model.estimates(model.predict(x))))
-        fit = solve(model, x, 40, CRAWL if at_last or not _dominated(fit) else ROUGH_CRAWL)
+        fit = solve(model, x, 40, CRAWL if at_last or not dominated(fit) else ROUGH_CRAWL)
         if same:
             break
     if not fit.converged and at_last:
-        fit = solve(fit.model, fit.x, PATIENCE, crawling if _dominated(fit) else 0.0)
+        fit = solve(fit.model, fit.x, PATIENCE, crawling if dominated(fit) else 0.0)
     return _with_scales(fit)
 
 

@@ -10,13 +10,13 @@ import numpy as np
 from .beside import THREADS, each_whole
 from .evidence import delta_bic
 from .extend import extend, extended_model, thinned, without, worst_ratio
-from .fit import CRAWL, DOMINATED, Fit, solve
+from .fit import CRAWL, DOMINATED, Fit, constants_held, solve
 from .losses import ENDS, at_other_end, farness, swapped_ends
 from .problem import Cause
 from .screen import Candidate, alikeness, screen
 from .standing import MISFIT_SHOWN, misfit_chance
 from .swung import is_swung
-from .told import Begun, begun_from_told, constants_held, told_trials, unasked_trials, weighed_as
+from .told import Begun, begun_from_told, told_trials, unasked_trials, weighed_as
 from .trial import (
     AMBIGUOUS,
     RIVAL,

@@ -9,9 +9,10 @@ import numpy as np
 
 from ..model.law import Law
 from .allowance import Allowance
+from .base import fit_base
 from .causes import possible_causes
 from .extend import NO_STEP, UNASKED_STEP, calmed, extended_model, thinned, worst_ratio
-from .fit import CRAWL, DOMINATED, Fit, fit_base, learn_noise, solve
+from .fit import CRAWL, DOMINATED, Fit, constants_held, learn_noise, solve
 from .free import Entry
 from .motions import with_scales
 from .prepare import Prepared
@@ -140,26 +141,6 @@ def _instruments_held(model: Model, x: np.ndarray) -> tuple[Model, np.ndarray]:
 
 def _is_of_instrument(entry: Entry) -> bool:
     return entry.nuisance and np.isfinite(entry.prior) and entry.slot not in ("numbers", "start")
-
-
-def constants_held(model: Model, x: np.ndarray, evaluations: int) -> np.ndarray:
-    """Unknowns of the best fit by all but the rig's shared constants.
-
-    Args:
-        model: any.
-        x: where it begins, scaled [-].
-        evaluations: of the residual, at most.
-
-    Returns:
-        Scaled unknowns [-].
-    """
-    shared = [i for i, e in enumerate(model.entries) if e.slot == "numbers" and e.record is None]
-    own = [i for i in range(len(model.entries)) if i not in set(shared)]
-    held = tuple((model.entries[i], float(x[i] * model.scale[i])) for i in shared)
-    near = replace(model, entries=tuple(model.entries[i] for i in own), fixed=(*model.fixed, *held))
-    best = x.copy()
-    best[own] = solve(near, x[own], evaluations).x
-    return best
 
 
 def _told_motions(fit: Fit) -> dict[str, Allowance]:

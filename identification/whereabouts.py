@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..model.chain import DERIVATIVES
+from .base import fit_base
 from .beside import each_whole
 from .evidence import excess
-from .fit import CRAWL, Fit, fit_base, settle, solve
+from .fit import CRAWL, Fit, settle, solve
 from .missing import MissingForce, missing_force
 from .prepare import Prepared
 from .problem import Model, Problem, base_entries, rough_noise

@@ -48,8 +48,8 @@ def propose_experiment(
     sidecars, rig = _files(path, diagnosis)
     inputs = read_inputs(sidecars, rig)
     _check_unchanged(path, diagnosis, inputs.files)
+    from ..identification.base import fit_base
     from ..identification.experiment import CLEAR, propose
-    from ..identification.fit import fit_base
     from ..identification.problem import make_problem
 
     progress("fitting the rig as it stands")

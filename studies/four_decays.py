@@ -38,7 +38,7 @@ HEADINGS = ("constant", "unit", "together", "made with", "alone", "alone it is")
 
 def fits(folder: Path) -> tuple[Fit, dict[str, Fit]]:
     """All decays of a folder fitted together, and each alone by its name."""
-    from ..identification.fit import fit_base
+    from ..identification.base import fit_base
     from ..identification.problem import make_problem
     from ..identification.records import read_record
     from ..identification.weighing import with_laws

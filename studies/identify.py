@@ -50,8 +50,8 @@ def identify_records(
     if tables and len(tables) == len(paths):
         return identify_tables(tables, rig, out, seed)
     inputs = read_inputs([path for path in paths if path not in tables], rig)
+    from ..identification.base import fit_base
     from ..identification.constants import fit_json
-    from ..identification.fit import fit_base
     from ..identification.preflight import preflight, remarks_json, require_ready
     from ..identification.problem import make_problem
     from ..identification.views import record_views

@@ -2,9 +2,10 @@
 
 import pytest
 
+from supple.identification.base import fit_base
 from supple.identification.diagnose import diagnose
 from supple.identification.finding import Diagnosis
-from supple.identification.fit import Fit, fit_base
+from supple.identification.fit import Fit
 from supple.identification.problem import Problem, make_problem
 from tests.identification.benches import Bench, make_bench
 from tests.identification.replicates import small

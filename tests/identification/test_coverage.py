@@ -5,7 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from supple.identification.fit import Fit, fit_base
+from supple.identification.base import fit_base
+from supple.identification.fit import Fit
 from supple.identification.noise import Misfit, Noise
 from supple.identification.problem import Problem
 from supple.identification.weighing import with_laws

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from supple.identification import errors
-from supple.identification.fit import Fit, fit_base
+from supple.identification.base import fit_base
+from supple.identification.fit import Fit
 from supple.identification.problem import make_problem
 from tests.identification.benches import DAMPING, STIFFNESS, make_bench
 

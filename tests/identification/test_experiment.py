@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from supple.identification.base import fit_base
 from supple.identification.causes import possible_causes
 from supple.identification.experiment import CLEAR, Rival, propose
 from supple.identification.extend import extend
-from supple.identification.fit import Fit, fit_base, solve
+from supple.identification.fit import Fit, solve
 from supple.identification.noise import Noise
 from supple.identification.possible_tests import NAME, planned_tests
 from supple.identification.problem import make_problem

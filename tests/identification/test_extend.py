@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import supple.identification.extend as extend_module
+from supple.identification.base import fit_base
 from supple.identification.extend import (
     RUNS_AWAY,
     calmed,
@@ -15,7 +16,7 @@ from supple.identification.extend import (
     thinned,
     without,
 )
-from supple.identification.fit import fit_base, solve
+from supple.identification.fit import solve
 from supple.identification.problem import (
     Model,
     Problem,

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from supple.identification import fit as module
+from supple.identification.base import fit_base
 from supple.identification.constants import fit_json
 from supple.identification.evidence import excess, on_bounds
 from supple.identification.fit import (
@@ -13,7 +14,6 @@ from supple.identification.fit import (
     PATIENCE,
     STOPPED,
     Fit,
-    fit_base,
     settle,
     solve,
     with_errors,
@@ -57,7 +57,7 @@ def test_decays_give_back_the_truth_within_their_errors(clean_fit):
 @pytest.mark.parametrize("dominates", [True, False])
 def test_what_dominates_is_not_followed_to_the_end(clean_fit, monkeypatch, dominates):
     asked = []
-    monkeypatch.setattr(module, "_dominated", lambda fit: dominates)
+    monkeypatch.setattr(module, "dominated", lambda fit: dominates)
 
     def stopped(model, start, evaluations=40, crawling=0.0):
         asked.append((evaluations, crawling))

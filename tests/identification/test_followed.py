@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from supple.identification.base import fit_base
 from supple.identification.drive_error import drive_allowances, followed_motions
-from supple.identification.fit import Fit, fit_base, solve
+from supple.identification.fit import Fit, solve
 from supple.identification.problem import make_problem
 from supple.identification.records import read_record
 from supple.model.rig import read_rig

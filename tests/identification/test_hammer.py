@@ -6,8 +6,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from supple.identification.base import fit_base
 from supple.identification.extend import held_out
-from supple.identification.fit import fit_base
 from supple.identification.free import DRIVE_TOLERANCE, Entry, drive_entries
 from supple.identification.problem import make_problem
 from supple.identification.records import split_records

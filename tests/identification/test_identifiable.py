@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from supple.identification.fit import Fit, fit_base
+from supple.identification.base import fit_base
+from supple.identification.fit import Fit
 from supple.identification.identifiable import identifiability, words_of
 from supple.identification.problem import make_problem
 from supple.identification.profile_likelihood import RISE, profile_likelihood

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from supple.identification.fit import fit_base
+from supple.identification.base import fit_base
 from supple.identification.missing import missing_force
 from supple.identification.problem import make_problem
 from tests.identification.benches import REACH, STIFFNESS, make_bench

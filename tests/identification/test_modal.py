@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from supple.identification.fit import fit_base
+from supple.identification.base import fit_base
 from supple.identification.modal import TOO_MANY, ModalFit, fit_modal, known_from, ringing
 from supple.identification.modal_table import is_modal, read_modal
 from supple.identification.problem import make_problem

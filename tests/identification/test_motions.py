@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from supple.identification.fit import fit_base
+from supple.identification.base import fit_base
 from supple.identification.motions import inertia_at
 from supple.identification.problem import make_problem
 from supple.identification.screen import entry_of

@@ -298,7 +298,7 @@ def test_identify_refuses_before_it_fits_and_check_says_it(tmp_path, monkeypatch
     def never(*_: object) -> None:
         raise AssertionError("a fit was begun")
 
-    monkeypatch.setattr("supple.identification.fit.fit_base", never)
+    monkeypatch.setattr("supple.identification.base.fit_base", never)
     assert main(["identify", *paths, "--quiet"]) == 2
     said = capsys.readouterr()
     assert "times higher" in said.err and said.out == ""

@@ -6,8 +6,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from supple.identification.base import fit_base
 from supple.identification.extend import NO_STEP
-from supple.identification.fit import Fit, fit_base
+from supple.identification.fit import Fit
 from supple.identification.problem import make_problem
 from supple.identification.screen import Candidate, screen
 from supple.identification.sliding import SLIDES

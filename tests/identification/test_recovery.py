@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from supple.identification.base import fit_base
 from supple.identification.clamped import clamped_json
-from supple.identification.fit import Fit, fit_base
+from supple.identification.fit import Fit
 from supple.identification.form import stated_std
 from supple.identification.identifiable import identifiability
 from supple.identification.problem import make_problem

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from supple.identification.base import fit_base
 from supple.identification.extend import extend
-from supple.identification.fit import Fit, fit_base, settle
+from supple.identification.fit import Fit, settle
 from supple.identification.problem import make_problem
 from supple.identification.records import read_record
 from supple.identification.ringing import clamped_frequency

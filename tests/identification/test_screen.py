@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from supple.identification.base import fit_base
 from supple.identification.causes import hidden_masses, leaving_out, possible_causes
 from supple.identification.extend import extend
-from supple.identification.fit import Fit, fit_base
+from supple.identification.fit import Fit
 from supple.identification.problem import make_problem
 from supple.identification.screen import (
     Candidate,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from supple.identification.fit import fit_base
+from supple.identification.base import fit_base
 from supple.identification.problem import Model, base_entries, make_problem, rough_noise
 from supple.identification.records import read_record
 from supple.identification.starts import MOST, has_basins, other_starts, told_start

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from supple.identification.base import fit_base
 from supple.identification.causes import possible_causes
 from supple.identification.diagnose import diagnose
-from supple.identification.fit import fit_base
 from supple.identification.problem import make_problem
 from supple.identification.records import read_record
 from supple.identification.screen import screen

@@ -10,11 +10,12 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from supple.identification.base import fit_base
 from supple.identification.diagnose import diagnose
 from supple.identification.evidence import explained, least_explained
 from supple.identification.extend import thinned, worst_ratio
 from supple.identification.finding import Diagnosis
-from supple.identification.fit import DOMINATED, Fit, fit_base, solve
+from supple.identification.fit import DOMINATED, Fit, solve
 from supple.identification.problem import make_problem
 from supple.identification.records import Record, read_record, split_records
 from supple.identification.screen import screen

@@ -10,9 +10,9 @@ from hypothesis import given, strategies as st
 from scipy import stats
 from scipy.signal import lfilter
 
+from supple.identification.base import fit_base
 from supple.identification.coast import eliminated
 from supple.identification.constants import fit_json
-from supple.identification.fit import fit_base
 from supple.identification.likelihood import log_posterior
 from supple.identification.noise import Noise, choose_noise
 from supple.identification.problem import Problem, make_problem

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from supple.identification.base import fit_base
 from supple.identification.diagnose import diagnose
 from supple.identification.extend import extend
-from supple.identification.fit import fit_base, settle
+from supple.identification.fit import settle
 from supple.identification.problem import make_problem
 from supple.identification.screen import screen
 from supple.identification.uneven import Uneven

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from supple.identification import diagnose as diagnosing
+from supple.identification.base import fit_base
 from supple.identification.diagnose import diagnose
 from supple.identification.evidence import excess
 from supple.identification.extend import extend, worst_ratio
-from supple.identification.fit import DOMINATED, fit_base
+from supple.identification.fit import DOMINATED
 from supple.identification.misreading import misreading, misreading_json
 from supple.identification.problem import make_problem
 from supple.identification.records import Record, read_record

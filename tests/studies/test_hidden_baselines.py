@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from supple.identification.fit import fit_base
+from supple.identification.base import fit_base
 from supple.identification.problem import make_problem
 from supple.studies.hidden_baselines import _regressions, sparse_regression, white_bic
 from tests.identification.benches import make_bench
