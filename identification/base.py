@@ -7,18 +7,22 @@ from dataclasses import replace
 import numpy as np
 
 from .beside import each_whole
-from .fit import Fit, dominated, settle, solve
+from .fit import CRAWL, Fit, constants_held, dominated, settle, solve
 from .guess import first_guess
 from .losses import swapped_losses
 from .prepare import coarser
 from .problem import Model, Problem, base_entries, rough_noise
-from .starts import has_basins, other_starts
+from .starts import has_basins, other_starts, told_start
+from .tolerances import PULLED, worst_pull
 
 HORIZONS = (3.0, 10.0, 40.0, np.inf)
 """Parts of each record that are fitted one after the other, in periods [-]."""
 
 ENTRY = 15
 """Evaluations on the whole records before their noise is learned [-]; the fit goes on after it."""
+
+DEEPER = 0.99
+"""Another minimum by the same weights is taken where its cost is below this share [-]."""
 
 BASIN = 0.5
 """Another minimum is taken where its cost is below this share of the first one's [-]: it is
@@ -28,7 +32,8 @@ reached by moving constants far, so it must be better beyond doubt."""
 def fit_base(problem: Problem, crawling: float = 0.0) -> Fit:
     """Fit the rig as it stands, with nuisances, from its own start values or better ones.
 
-    Where errors of the model dominate what is found, other starts are followed too.
+    Where errors of the model dominate what is found, other starts are followed too, and where they
+    have drawn its constants away, it begins again from what is stated of these.
 
     Args:
         problem: records and rig.
@@ -48,7 +53,8 @@ def fit_base(problem: Problem, crawling: float = 0.0) -> Fit:
     if has_basins(model) and dominated(best):
         for fit in each_whole(lambda start: _grown(near, start), other_starts(near, best.x)):
             best = fit if fit.cost < BASIN * best.cost else best
-    return _other_end(settle(solve(model, best.x, ENTRY), crawling=crawling))
+    fit = _other_end(settle(solve(model, best.x, ENTRY), crawling=crawling))
+    return back_in_place(fit, best.x, crawling)
 
 
 def _other_end(fit: Fit) -> Fit:
@@ -60,6 +66,32 @@ def _other_end(fit: Fit) -> Fit:
         return fit
     other = solve(fit.model, start, 60)
     return settle(other) if other.cost < fit.cost else fit
+
+
+def back_in_place(fit: Fit, x: np.ndarray, crawling: float) -> Fit:
+    """The fit, or a better one from nearer to what is stated, where its constants were drawn away.
+
+    Weights by the misfit's own spectrum can lead into a side valley where constants make room for
+    what the model lacks; by the same weights there may be a deeper one near what the rig says.
+
+    Args:
+        fit: settled.
+        x: scaled unknowns before it was weighed so [-].
+        crawling: as of `fit_base`.
+
+    Returns:
+        It, settled again; the fit itself where no constant strains or nothing fits better.
+
+    Source: tests/identification/test_starts.py.
+    """
+    if worst_pull(fit) <= PULLED:
+        return fit
+
+    def begun(start: np.ndarray) -> Fit:
+        return solve(fit.model, constants_held(fit.model, start, 20), 60, CRAWL)
+
+    best = min(each_whole(begun, [told_start(fit.model, fit.x), x]), key=lambda one: one.cost)
+    return settle(best, crawling=crawling) if best.cost < DEEPER * fit.cost else fit
 
 
 def _grown(model: Model, x: np.ndarray) -> Fit:

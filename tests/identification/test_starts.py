@@ -5,10 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from supple.identification import base
 from supple.identification.base import fit_base
+from supple.identification.fit import solve
 from supple.identification.problem import Model, base_entries, make_problem, rough_noise
 from supple.identification.records import read_record
 from supple.identification.starts import MOST, has_basins, other_starts, told_start
+from supple.identification.tolerances import PULLED
 from supple.model.rig import read_rig
 from tests.lab.draw import draw_case
 
@@ -71,3 +74,22 @@ def test_constants_go_back_to_what_the_rig_says_and_records_keep_their_own(twin)
         wanted = entry.value / entry.scale if own else was
         inside = np.clip(wanted, entry.low / entry.scale, entry.high / entry.scale)
         assert now == pytest.approx(inside), entry.label
+
+
+@pytest.mark.parametrize("pull", [2.0 * PULLED, 0.5 * PULLED])
+def test_constants_that_were_drawn_away_come_back_where_that_fits_better(twin, monkeypatch, pull):
+    problem, truth = twin
+    whole = fit_base(problem)
+    far = whole.x.copy()
+    for name, factor in zip(SPRINGS, (2.5, 0.4), strict=True):
+        far[whole.index(name)] *= factor
+    away = solve(whole.model, far, 0)
+    monkeypatch.setattr(base, "worst_pull", lambda fit: pull)
+    found = base.back_in_place(away, whole.x, 0.0)
+    assert (found is away) == (pull < PULLED)
+    if found is not away:
+        assert found.cost < 0.1 * away.cost
+        for name in SPRINGS:
+            index = found.index(name)
+            assert found.value(index) == pytest.approx(truth[name], abs=5 * found.std(index)), name
+    assert base.back_in_place(whole, far, 0.0) is whole
