@@ -17,6 +17,7 @@ from .screen import Candidate, alikeness, screen
 from .standing import MISFIT_SHOWN, misfit_chance
 from .swung import is_swung
 from .told import Begun, begun_from_told, told_trials, unasked_trials, weighed_as
+from .tolerances import PULLED, worst_pull
 from .trial import (
     AMBIGUOUS,
     RIVAL,
@@ -45,6 +46,10 @@ EVALUATIONS = 15
 
 UNASKED = 4
 """Laws that no step asks for that are weighed so: those which fit best before [-]."""
+
+REST, QUIET = 0.025, 2.0
+"""Share of the worst channel's misfit ratio, and ratio where errors of the model dominated, below
+which a law needs no trial from told constants [-]."""
 
 HOPELESS = 100.0
 """A quick refit that is worse than the best one by more than this, and by more than a fifth of
@@ -117,15 +122,23 @@ def quick_refits(
     problem = fit.problem
     swung = bool(accepted) and is_swung(problem, accepted[-1].candidate.cause)
     told, fresh = fit, []  # one of what a told motion swings hides the next
-    if done is None and (swung or not accepted):
+    if done is None and (swung or (not accepted and not _is_told(start, quick))):
         told, fresh = told_trials(fit, lambda one: swung and is_swung(problem, one.cause))
     begun = _begun(told, fresh, start, progress)
     quick += _weighed(start, begun)
-    if fresh and not swung and all(worst_ratio(one) > DOMINATED for one, _ in quick):
+    dominated = all(worst_ratio(one) > DOMINATED for one, _ in quick)
+    if fresh and not swung and dominated and not _is_told(start, quick):
         unasked = unasked_trials(told, {one.candidate.name for one in begun})
         begun = sorted(_begun(told, unasked, start, progress), key=lambda one: one.cost)[:UNASKED]
         quick += _weighed(start, begun)
     return Quick(start, tuple(sorted(quick, key=lambda pair: pair[0].cost)))
+
+
+def _is_told(start: Fit, quick: Sequence[tuple[Fit, Candidate]]) -> bool:
+    """Whether a law takes nearly all away and leaves the rig where it is stated to be."""
+    before = worst_ratio(start)
+    most = max(REST * before, QUIET if before > DOMINATED else 0.0)
+    return any(worst_ratio(one) < most and worst_pull(one) <= PULLED for one, _ in quick)
 
 
 def _begun(told: Fit, laws: Sequence[Candidate], start: Fit, progress: Progress) -> list[Begun]:

@@ -17,7 +17,7 @@ from .evidence import (
     on_bounds,
 )
 from .extend import HeldOut, extend, held_out, shown_by, without, worst_ratio
-from .fit import CRAWL, DOMINATED, Fit, polished, settle, solve
+from .fit import CRAWL, DOMINATED, PATIENCE, Fit, polished, settle, solve
 from .form import mends_form, mends_lumping, within_next
 from .problem import Problem
 from .refits import (
@@ -97,6 +97,7 @@ class Search:
         self.left: list[Candidate] = []
         self.held: HeldOut | None = None
         self._held_before: HeldOut | None = None
+        self._bare: tuple[Fit, Fit] | None = None
 
     def grow(self) -> None:
         """Accept laws while one gains, then weigh what is named by each channel's noise.
@@ -190,8 +191,7 @@ class Search:
         """
         if self.accepted:
             return False
-        bare = without(trial.fit, *trial.candidate.cause)
-        bare = solve(bare.model, bare.x, 40, CRAWL)
+        bare = self._without(trial)
         idle = delta_bic(bare, trial.fit) < LEAST_EVIDENCE
         if not idle or bare.cost > (1.0 - LEAST_STEP) * self.fit.cost:
             return False
@@ -226,7 +226,8 @@ class Search:
             return replace(trial, verdict=MENDS_FORM)
         index = fit.index(trial.candidate.entry.label)
         told = trial.delta_bic > UNSHOWN and misfit_chance(fit) > MISFIT_SHOWN
-        if abs(fit.value(index)) < 3.0 * fit.std(index) and not told:
+        near_zero = abs(fit.value(index)) < 3.0 * fit.std(index)
+        if near_zero and not told and not self._is_missed(trial):
             return replace(trial, verdict=HOLDS_ZERO)
         if trial.candidate.law.slot == "delay" and abs(fit.value(index)) < interval(trial):
             return replace(trial, verdict="refused: it is shorter than a sampling interval")
@@ -245,6 +246,22 @@ class Search:
             if not (gains_unseen(held, unseen, lenient) if shows else spared):
                 return replace(trial, verdict=NO_GAIN)
         return replace(trial, verdict="accepted")
+
+    def _without(self, trial: Trial) -> Fit:
+        """The rig without a trial's law, from the constants that it asks for."""
+        if self._bare is None or self._bare[0] is not trial.fit:
+            bare = without(trial.fit, *trial.candidate.cause)
+            self._bare = trial.fit, solve(bare.model, bare.x, PATIENCE, CRAWL)
+        return self._bare[1]
+
+    def _is_missed(self, trial: Trial) -> bool:
+        """Whether all would be far worse without a law whose standard error is as large as it is.
+
+        Along a bent valley that error says little: a sleeve whose spring gives way all but wholly
+        hardly tells its stiffness, and yet nothing else fits.
+        """
+        fall = self._without(trial).cost - trial.fit.cost
+        return fall > BEYOND_DOUBT * max(1.0, worst_ratio(trial.fit))
 
     def _swings(self, candidate: Candidate) -> bool:
         return is_swung(self.base.problem, candidate.cause)

@@ -119,6 +119,8 @@ def test_zero_is_refused_by_the_records_whatever_the_standard_deviation(
     assert trial.delta_bic > UNSHOWN
     assert search._judge(trial, search.base).verdict == "accepted"
     weak = replace(trial, delta_bic=UNSHOWN - 1.0)
+    assert search._judge(weak, search.base).verdict == "accepted", "all is worse without it"
+    monkeypatch.setattr(searching.Search, "_without", lambda self, one: one.fit)
     assert search._judge(weak, search.base).verdict == HOLDS_ZERO
 
 

@@ -128,6 +128,37 @@ def test_what_no_step_asks_for_is_tried_where_all_else_leaves_errors_that_domina
     assert laws == ["cubic_stiffness", "cubic_stiffness", *tried]
 
 
+@pytest.mark.parametrize(
+    ("before", "left", "pull", "asked"),
+    [
+        (1000.0, 24.0, 1.0, False),
+        (1000.0, 26.0, 1.0, True),
+        (50.0, 1.9, 1.0, False),
+        (9.0, 1.9, 1.0, True),  # errors of the model did not dominate: the rig may have made room
+        (1000.0, 1.0, 7.0, True),
+    ],
+)
+def test_a_law_that_leaves_next_to_nothing_needs_no_told_constants(
+    monkeypatch, before, left, pull, asked
+):
+    law, found, told = candidate("cubic_stiffness", 90.0), stand_in(3000.0), []
+    monkeypatch.setattr(refits, "thinned", lambda model: model)
+    monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
+    monkeypatch.setattr(refits, "promising", lambda fit, chosen, least: chosen)
+    monkeypatch.setattr(refits, "misfit_chance", lambda fit: 0.0)
+    monkeypatch.setattr(refits, "worst_ratio", lambda fit: left if fit is found else before)
+    monkeypatch.setattr(refits, "worst_pull", lambda fit: pull if fit is found else 9.0)
+    monkeypatch.setattr(refits, "extend", lambda fit, law, evaluations: found)
+
+    def told_trials(fit: Fit, always: Any) -> tuple[Fit, list[Candidate]]:
+        told.append(fit)
+        return fit, []
+
+    monkeypatch.setattr(refits, "told_trials", told_trials)
+    quick_refits(stand_in(5000.0), [law], [], lambda words: None)
+    assert bool(told) == asked
+
+
 def test_of_laws_that_no_step_asks_for_those_are_weighed_that_fit_best(monkeypatch):
     costs = {"a": 900.0, "b": 30.0, "c": 500.0, "d": 700.0, "e": 400.0}
     laws = [candidate("clearance", 0.0, place) for place in [*costs, "idle"]]

@@ -90,12 +90,13 @@ def test_instruments_hide_nothing_there_and_are_let_go_at_last(ridden):
     assert refit.model.causes == (found[0].cause,) and refit.cost < start.cost
 
 
-def test_a_fit_at_the_noise_needs_no_other_point(ridden):
+def test_a_fit_at_the_noise_needs_no_other_point():
     misfits, model = {"a": SimpleNamespace(ratio=2.0)}, SimpleNamespace(entries=())
     calm = cast(Any, SimpleNamespace(misfits=misfits, model=model))
     assert told_trials(calm) == (calm, [])
 
 
+@pytest.mark.slow
 def test_before_a_recorded_blow_it_rests_where_its_springs_do(ridden):
     struck = [p.name for p in ridden.problem.records if not p.free]
     assert struck and all(p.at_rest for p in ridden.problem.records if not p.free)
@@ -132,6 +133,7 @@ def test_what_leaves_one_channel_as_wrong_as_it_was_is_told_apart():
     assert least_explained(before, calm, 10.0) == 1.0, "nothing is left that dominates"
 
 
+@pytest.mark.slow
 def test_where_no_misfit_shows_all_must_promise_what_they_must_gain(ridden):
     small, large = candidate("cubic_stiffness", 20.0), candidate("clearance", 400.0)
     assert promising(ridden, [small, large])[0] is small, "the first is always tried"
@@ -224,6 +226,7 @@ def test_a_side_valley_of_the_misfits_own_weights_is_left(tmp_path, monkeypatch)
     assert loudness(found) < 0.9 * loudness(before)
 
 
+@pytest.mark.slow
 def test_the_worst_pull_is_the_largest_distance_from_what_is_stated(ridden):
     entries = ridden.model.entries
     own = next(i for i, e in enumerate(entries) if e.slot == "numbers" and e.prior < np.inf)
@@ -313,6 +316,7 @@ def test_the_best_law_is_tried_wherever_it_is_seen(monkeypatch):
     ]
 
 
+@pytest.mark.slow
 def test_laws_of_a_contact_are_tried_where_no_small_step_shows_them(ridden):
     told, _ = told_trials(ridden)
     contacts = unasked_trials(told, {"sleeve/slip"})
@@ -343,6 +347,7 @@ def test_a_law_that_no_step_asks_for_begins_strong_too(ridden, step, begun):
     assert [point[-1] for point in points] == begun
 
 
+@pytest.mark.slow
 def test_a_law_that_does_nothing_beside_held_constants_is_not_refitted(ridden, monkeypatch):
     from supple.identification import told as module
 

@@ -101,10 +101,7 @@ def test_a_law_that_remembers_follows_its_own_equations(name):
 
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(n, marks=pytest.mark.slow) if n in ("hysteresis", "relaxation") else n
-        for n in CASES
-    ],
+    [pytest.param(n, marks=pytest.mark.slow) if n != "stiffness_drift" else n for n in CASES],
 )
 def test_derivatives_by_strength_and_shape_are_those_of_differences(name):
     times = STEP * np.arange(120)

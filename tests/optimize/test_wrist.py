@@ -33,7 +33,7 @@ def robot():
     return Robot("pinned_wrist", tuple(numbers)), dict(numbers)
 
 
-@pytest.mark.parametrize("laws", [(), (FRICTION,)])
+@pytest.mark.parametrize("laws", [(), pytest.param((FRICTION,), marks=pytest.mark.slow)])
 def test_every_design_scores_as_its_own_motion_does(robot, laws):
     mechanism, numbers = robot
     found = map_wrists(mechanism, numbers, TASK, laws)
