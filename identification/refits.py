@@ -122,19 +122,19 @@ def quick_refits(
     problem = fit.problem
     swung = bool(accepted) and is_swung(problem, accepted[-1].candidate.cause)
     told, fresh = fit, []  # one of what a told motion swings hides the next
-    if done is None and (swung or (not accepted and not _is_told(start, quick))):
+    if done is None and (swung or (not accepted and not _is_found(start, quick))):
         told, fresh = told_trials(fit, lambda one: swung and is_swung(problem, one.cause))
     begun = _begun(told, fresh, start, progress)
     quick += _weighed(start, begun)
-    dominated = all(worst_ratio(one) > DOMINATED for one, _ in quick)
-    if fresh and not swung and dominated and not _is_told(start, quick):
+    lost = all(worst_ratio(one) > DOMINATED for one, _ in quick) and not _is_found(start, quick)
+    if fresh and not swung and lost:
         unasked = unasked_trials(told, {one.candidate.name for one in begun})
         begun = sorted(_begun(told, unasked, start, progress), key=lambda one: one.cost)[:UNASKED]
         quick += _weighed(start, begun)
     return Quick(start, tuple(sorted(quick, key=lambda pair: pair[0].cost)))
 
 
-def _is_told(start: Fit, quick: Sequence[tuple[Fit, Candidate]]) -> bool:
+def _is_found(start: Fit, quick: Sequence[tuple[Fit, Candidate]]) -> bool:
     """Whether a law takes nearly all away and leaves the rig where it is stated to be."""
     before = worst_ratio(start)
     most = max(REST * before, QUIET if before > DOMINATED else 0.0)
