@@ -15,6 +15,7 @@ from ..model.linear import Mechanism, mass_matrix, stiffness_matrix
 from ..model.parameters import Parameter
 from ..model.respond import Plant
 from .prepare import Prepared, Sensor
+from .window import begun_at
 
 OFFSET_TOLERANCE = 0.01
 """Standard deviation of a response's unknown zero, as a share of its largest excursion [-]."""
@@ -195,15 +196,23 @@ def _start_entries(
     # before a recorded blow a mechanism rests where its springs do: what it does before the first
     # sample that is used can be seen nowhere, and would take the blow's place
     struck = prepared.record.test == "impact" and not prepared.free
+    told = begun_at(prepared.record) is not None
     entries = []
     for index, coordinate in enumerate(mechanism.coordinates):
         for what, offset, size in (("start", 0, position), ("start_velocity", n, velocity)):
             name, scale = f"{coordinate}.{what}", float(size[index])
             still = prepared.at_rest and (offset or struck)
-            std = 1e-4 * scale if still else 10 * scale
+            # struck it stands where it hung, let go it has no speed yet
+            near = told and (not offset if prepared.since > 0 else offset)
+            std = 1e-4 * scale if still else (NEAR if near else 10.0) * scale
             entry = _nuisance(name, "start", index + offset, prepared, std, "")
             entries.append(replace(entry, scale=scale))
     return entries
+
+
+NEAR = 0.1
+"""Standard deviation of what a told blow or release leaves at rest, of its natural size [-]: a
+hand, and an instant that is a hundredth of a second off."""
 
 
 def _start_scales(

@@ -15,7 +15,7 @@ from ..model.robot import Robot
 from .decay import glance
 from .noise import periodogram
 from .records import Channel, Record
-from .window import begins_at_rest, calm_from, faded_at, opening_seconds, window
+from .window import begins_at_rest, begun_at, calm_from, faded_at, opening_seconds, window
 
 ROTATING = ("angle", "angular_velocity", "angular_acceleration", "torque")
 
@@ -69,8 +69,8 @@ class Prepared:
         numbers: what differed from the rig on that day, by name [SI].
         opening: how much of it tells its start state [s].
         at_rest: whether it is driven and begins at rest.
-        since: how long before its start an unrecorded blow threw it out of its rest [s]; below 0
-            how long before it was let go; 0 where neither is told.
+        since: how long before its start an unrecorded blow threw it out of its rest [s]: one
+            sampling interval; 0 where none is told.
     """
 
     record: Record
@@ -142,7 +142,7 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
     ports = tuple(Port(c.place, c.quantity, held=c.held) for c in record.inputs)
     told = np.stack(columns, axis=1) if columns else np.zeros((count, 0))
     inputs = _continued(told, ports, padded)
-    calm = calm_from(record) if isinstance(mechanism, Robot) else 0.0
+    calm = calm_from(record, isinstance(mechanism, Robot))
     drives = [(c.quantity, column) for c, column in zip(record.inputs, columns, strict=True)]
     sensors = tuple(_sensor(channel, times, rate, padded, calm) for channel in responses)
     first = sensors[0].values
@@ -151,8 +151,9 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
     own = dict(numbers) | record.parameters
     opening = opening_seconds(mechanism, own, frequency if free else 0.0, count / rate, 1 / rate)
     if calm > 0:
-        reason = f"driven; used from {calm:.3f} s on, when the blow's ringing has died away"
-        opening += calm
+        opening += calm - times[0]
+        if not free:
+            reason = f"driven; used from {calm:.3f} s on, when the blow's ringing has died away"
     return Prepared(
         record,
         start,
@@ -166,10 +167,10 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
         free,
         dict(record.parameters),
         opening,
-        calm > 0
-        or (not free and begins_at_rest([(s.port.quantity, s.values) for s in sensors], drives)),
+        not free
+        and (calm > 0 or begins_at_rest([(s.port.quantity, s.values) for s in sensors], drives)),
         tuple(channel.name for channel in record.inputs),
-        _since(record, start),
+        _since(record),
     )
 
 
@@ -192,17 +193,13 @@ STIRS = 1e-3
 """A told input that would go on by more than this share of its range is not taken to rest [-]."""
 
 
-def _since(record: Record, start: int) -> float:
-    """Time from an unrecorded blow to the first sample used [s]; less than 0 from a release.
+def _since(record: Record) -> float:
+    """Time from an unrecorded blow to the start of the motion that follows it [s].
 
-    0 where none is told.
+    One sampling interval; 0 where none is told.
     """
-    at = record.start.get("at")
-    driven = any(np.ptp(channel.values) > 0 for channel in record.inputs)
-    if record.test not in ("impact", "decay") or at is None or driven:
-        return 0.0
-    gone = max(start / record.sample_rate - at, 0.0)
-    return gone if record.test == "impact" else -gone
+    struck = record.test == "impact" and begun_at(record) is not None
+    return 1.0 / record.sample_rate if struck else 0.0
 
 
 def prepare_all(

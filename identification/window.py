@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -87,9 +88,19 @@ def opening_seconds(
     return max(min(10.0 / float(oscillating.min()), 0.02 * whole), 24 * step)
 
 
-def calm_from(record: Record) -> float:
-    """When a recorded blow has rung out [s]; 0 where there is none."""
-    if record.test != "impact":
+def calm_from(record: Record, club: bool) -> float:
+    """When a blow or a release has rung out [s]; 0 where there is none, or none is told.
+
+    Args:
+        record: as read at the door.
+        club: whether a club moves, which rings on.
+    """
+    at = begun_at(record)
+    if at is not None and record.test == "impact":
+        return at + max(3 / record.sample_rate, CALM["blow"] if club else BLOW)
+    if at is not None:
+        return at + CALM["release"] if club else 0.0
+    if record.test != "impact" or not club:
         return 0.0
     ends = [0.0]
     for channel in record.inputs:
@@ -97,6 +108,16 @@ def calm_from(record: Record) -> float:
         if channel.quantity in FORCES and len(loud):
             ends.append(channel.start_time + (int(loud[-1]) + 1) / channel.sample_rate)
     return max(ends) + CALM["blow"] if max(ends) > 0 else 0.0
+
+
+def begun_at(record: Record) -> float | None:
+    """When a free motion was told to begin, by a blow or a release [s].
+
+    None where nobody says, or where that was before the first sample.
+    """
+    driven = any(np.ptp(channel.values) > 0 for channel in record.inputs)
+    at = record.start.get("at", -1.0)
+    return None if driven or at < 0 else at
 
 
 def window(record: Record, club: bool) -> tuple[int, str]:
@@ -109,21 +130,18 @@ def window(record: Record, club: bool) -> tuple[int, str]:
     Returns:
         An index of the record's samples [-] and a sentence.
     """
-    rate = record.sample_rate
-    at = record.start.get("at")
+    rate, at = record.sample_rate, begun_at(record)
     driven = [channel for channel in record.inputs if np.ptp(channel.values) > 0]
-    if at is not None and not driven:
+    if at is not None:
+        first, after = math.ceil(at * rate - 1e-6), 1e3 * (calm_from(record, club) - at)
         if record.test == "impact":
-            after = max(3 / rate, CALM["blow"] if club else BLOW)
-            return (
-                round((at + after) * rate),
-                f"used from {1e3 * after:.0f} ms after the impact at {at:g} s; the blow itself is "
-                "not modelled",
+            return first, (
+                f"used from {after:.0f} ms after the impact at {at:g} s; the blow itself is not "
+                "modelled"
             )
         if club:
-            after = CALM["release"]
-            return round((at + after) * rate), f"used from {1e3 * after:.0f} ms after the release"
-        return round(at * rate), f"used from the release at {at:g} s, as the sidecar says"
+            return first, f"used from {after:.0f} ms after the release"
+        return first, f"used from the release at {at:g} s, as the sidecar says"
     if record.test in ("decay", "impact") and not driven:
         channel = max(record.responses, key=lambda c: len(c.values))
         index = free_from(channel.values, channel.sample_rate)

@@ -89,8 +89,8 @@ class Memory:
             what it remembers after so long a step [s] between two instants.
         force: ``force(strength, shapes, memory, stretch, rate)``, the force that resists the
             stretch [N or N m].
-        past: ``past(shapes, stretch, rate, since)``: what it remembers a time after a blow or,
-            where `since` is below 0, after a release [s]; None where `begin` and `advance` say it.
+        struck: ``struck(shapes, stretch, rate)``: what it remembers just after a blow; None where
+            `begin` and `advance` say it.
         placed: whether shapes are followed by the strength and by the stiffness and damping of
             the place, on which what it remembers depends.
     """
@@ -99,7 +99,7 @@ class Memory:
     begin: Callable[..., Any]
     advance: Callable[..., Any]
     force: Callable[..., Any]
-    past: Callable[..., Any] | None = None
+    struck: Callable[..., Any] | None = None
     placed: bool = False
 
     def shapes_at(self, shapes: Sequence[Any], strength: Any, place: Place) -> Sequence[Any]:

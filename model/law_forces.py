@@ -37,17 +37,15 @@ def begun(memory: Memory, shapes: Any, now: tuple[Array, Array], since: Array) -
         shapes: its further numbers [SI].
         now: stretch and rate at the start [SI].
         since: time since a blow threw the mechanism out of its rest, over which the stretch is
-            taken to have grown evenly unless the law says better [s]; 0 where it was loaded slowly;
-            below 0 the time since it was let go, which few laws feel.
+            taken to have grown evenly unless the law says better [s]; 0 where it was loaded slowly.
     """
-    if memory.past is not None:
-        long = jnp.where(since == 0, 1.0, since)
-        past = memory.past(shapes, *now, long)
-        return jnp.where(since == 0, memory.begin(shapes, *now), past)
+    slow = memory.begin(shapes, *now)
+    if memory.struck is not None:
+        return jnp.where(since > 0, memory.struck(shapes, *now), slow)
     rest = jnp.zeros_like(now[0]), jnp.zeros_like(now[1])
     spent = jnp.where(since > 0, since, 1.0)
-    struck = memory.advance(shapes, memory.begin(shapes, *rest), rest, now, spent)
-    return jnp.where(since > 0, struck, memory.begin(shapes, *now))
+    thrown = memory.advance(shapes, memory.begin(shapes, *rest), rest, now, spent)
+    return jnp.where(since > 0, thrown, slow)
 
 
 class LawNumbers(NamedTuple):

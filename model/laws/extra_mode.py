@@ -29,18 +29,9 @@ def _advance(shapes: Any, memory: Any, before: Any, after: Any, step: Any) -> An
     return jnp.stack(jnp.broadcast_arrays(new + shift + drift * step, fast + drift))
 
 
-def _past(shapes: Any, stretch: Any, rate: Any, since: Any) -> Any:
-    """What a blow or a release has left, by a polynomial through what is known of the carrier.
-
-    A blow throws it out of its rest at 0 and leaves the rider behind; let go, it sets out from
-    where it was held, and the rider rests on it.
-    """
-    gone, none = jnp.abs(since), jnp.zeros_like(stretch)
-    thrown = (3 * stretch / gone - rate) / 2  # no spring pulls it back at 0
-    held = stretch - rate * gone / 2
-    blow = since > 0
-    x0, v0 = jnp.where(blow, none, held), jnp.where(blow, thrown, none)
-    return _advance(shapes, jnp.stack([none, -v0]), (x0, v0), (stretch, rate), gone)
+def _struck(shapes: Any, stretch: Any, rate: Any) -> Any:
+    """What a blow leaves: it threw the carrier out of its rest and left the rider behind."""
+    return jnp.stack(jnp.broadcast_arrays(-stretch, -rate))
 
 
 def _force(strength: Any, shapes: Any, memory: Any, stretch: Any, rate: Any) -> Any:
@@ -57,7 +48,7 @@ LAW = Law(
     dimension=INERTIA,
     natural=lambda scales: scales.force * scales.time**2 / scales.stretch,
     signed=False,
-    memory=Memory(2, _begin, _advance, _force, _past),
+    memory=Memory(2, _begin, _advance, _force, _struck),
     shapes=(
         Shape("frequency", (0, 0, -1), frequencies_above),
         Shape("damping_ratio", (0, 0, 0), lambda scales: (0.03,)),

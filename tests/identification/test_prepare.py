@@ -17,6 +17,7 @@ from supple.identification.prepare import (
     sampling_matrix,
     shortened,
 )
+from supple.identification.problem import base_entries, make_problem
 from supple.identification.records import Channel, Record, read_record
 from supple.identification.window import begins_at_rest
 from supple.model.mechanism import mechanism_of
@@ -196,16 +197,51 @@ def test_a_record_ends_where_its_drive_is_no_longer_told(tmp_path, rests, left):
     assert prepared(read_record(tmp_path / "bench.toml")).count == left
 
 
-def test_a_blow_that_nobody_recorded_is_remembered(tmp_path):
-    def found(test: str, more: str = "[start]\nat = 0.8\n") -> float:
+def test_a_blow_that_nobody_recorded_is_followed_from_where_it_struck(tmp_path):
+    """No sample counts before it has rung out, but laws remember from its very beginning on."""
+
+    def found(test: str, more: str = "[start]\nat = 0.797\n") -> Prepared:
         lay_out(tmp_path, more=more)
         text = (tmp_path / "bench.toml").read_text().replace('"decay"', f'"{test}"')
         (tmp_path / "bench.toml").write_text(text)
-        return prepared(read_record(tmp_path / "bench.toml")).since
+        return prepared(read_record(tmp_path / "bench.toml"))
 
     struck = found("impact")
-    assert 0.0 < struck < 0.2 and struck * RATE == pytest.approx(round(struck * RATE), abs=1e-6)
-    assert found("decay") == 0.0 and found("impact", "") == 0.0
+    assert struck.since == 1 / RATE and struck.start == HOLD
+    assert struck.sensors[0].times[0] == pytest.approx(0.03), "three samples at least"
+    assert struck.sensors[0].values[0] == pytest.approx(DECAY[HOLD + 3])
+    assert found("decay").since == 0.0 and found("impact", "").since == 0.0
+    early = found("decay", "[start]\nat = -0.5\n")
+    assert "let go by hand" in early.reason and early.start > HOLD
+
+
+CLUB = """\
+[rig]
+kind = "robot"
+model = "fixed_collet"
+fidelity = "thesis"
+preset = "robo_v"
+[parameters]
+shaft_stiffness = { value = 140.0, free = true }
+"""
+
+
+@pytest.mark.parametrize(("test", "calm"), [("decay", 0.015), ("impact", 0.06)])
+def test_a_club_is_followed_from_where_it_was_let_go_or_struck(tmp_path, test, calm):
+    lay_out(tmp_path)
+    text = SIDECAR.replace('"decay"', f'"{test}"').replace('"cart"', '"clubhead"')
+    text += 'frame = "absolute"\n[start]\nat = 0.8\n'
+    (tmp_path / "bench.toml").write_text(text.replace("100.0", "1000.0"))
+    (tmp_path / "rig.toml").write_text(CLUB)
+    problem = make_problem([read_record(tmp_path / "bench.toml")], read_rig(tmp_path / "rig.toml"))
+    (seen,) = problem.records
+    assert seen.start == 800 and seen.sensors[0].times[0] == pytest.approx(calm)
+    assert f"{1e3 * calm:.0f} ms after" in seen.reason
+    starts = [e for e in base_entries(problem) if e.slot == "start"]
+    assert {e.name.split(".")[1] for e in starts} == {"start", "start_velocity"}
+    for entry in starts:  # struck it stands where it hung, let go it has no speed yet
+        rests = ("velocity" in entry.name) == (test == "decay")
+        assert entry.prior == pytest.approx((0.1 if rests else 10.0) * entry.scale)
 
 
 @given(st.integers(1, 2_000_000))

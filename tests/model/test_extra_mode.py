@@ -42,8 +42,13 @@ def vector(numbers: tuple[float, ...], start: tuple[float, float]) -> np.ndarray
     return z
 
 
-def two_masses(mass: float, start: tuple[float, float], count: int) -> np.ndarray:
-    """The cart's place under 0.3 N, the rider a mass of its own, without a drive's steps."""
+def two_masses(
+    mass: float, start: tuple[float, float], count: int, left_behind: bool = False
+) -> np.ndarray:
+    """The cart's place under 0.3 N, the rider a mass of its own, without a drive's steps.
+
+    It begins with the cart, or at rest where it is left behind.
+    """
     turn = 2 * np.pi * HERTZ
     k, c = mass * turn**2, 2 * RATIO * turn * mass
     inertia = np.diag([MASS, mass])
@@ -53,7 +58,8 @@ def two_masses(mass: float, start: tuple[float, float], count: int) -> np.ndarra
     a[:2, 2:4] = np.eye(2)
     a[2:4, :2], a[2:4, 2:4] = (-np.linalg.solve(inertia, m) for m in (stiffness, damping))
     a[2:4, 4] = np.linalg.solve(inertia, [0.3, 0.0])
-    step, x = expm(a * STEP), np.array([start[0], start[0], start[1], start[1], 1.0])
+    x0, v0 = np.zeros(2) if left_behind else start
+    step, x = expm(a * STEP), np.array([start[0], x0, start[1], v0, 1.0])
     found = []
     for _ in range(count):
         found.append(x[0])
@@ -73,6 +79,18 @@ def test_a_rider_is_a_second_mass(start):
     )
     size = np.max(np.abs(wanted))
     assert np.max(np.abs(plain[:, 0] - wanted)) > 0.1 * size, "the rider matters here"
+    assert np.max(np.abs(found - wanted)) < 2e-6 * size
+
+
+def test_a_blow_leaves_the_rider_behind():
+    start, count = (0.002, 0.6), 1500
+    z = vector((RIDER, HERTZ, RATIO), start)
+    z[plant().slots["since"]] = STEP
+    inputs = jnp.full((count, 1), 0.3)
+    found = np.asarray(simulate(plant(), 4, z, inputs, jnp.asarray(STEP), CORNERS))[:, 0]
+    wanted, along = (two_masses(RIDER, start, count, left) for left in (True, False))
+    size = np.max(np.abs(wanted))
+    assert np.max(np.abs(along - wanted)) > 0.02 * size, "how it began matters here"
     assert np.max(np.abs(found - wanted)) < 2e-6 * size
 
 
