@@ -61,8 +61,7 @@ class Plant:
         """Where each part of `z` lies.
 
         The last, ``since``, is one number: how long before its start state the mechanism left its
-        rest by a blow [s]; 0 where it was loaded slowly, less than 0 where it was let go so long
-        before.
+        rest by a blow [s]; 0 where it was loaded slowly.
         """
         sizes = {
             "numbers": len(self.mechanism.names),

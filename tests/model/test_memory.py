@@ -29,7 +29,7 @@ CASES = {
     "hysteresis": (0.4, 0.03),
     "relaxation": (6.0, 0.12),
     "slip": (0.4, 0.04),
-    "stiffness_drift": (1.5,),
+    "stiffness_drift": (12.0, 0.15),
 }
 SCALES = Scales(stretch=0.05, rate=0.6, force=2.0, stiffness=40.0, time=0.08)
 
@@ -70,7 +70,9 @@ def integrated(name: str, numbers: tuple[float, ...], times: np.ndarray) -> np.n
     def force(x: float, s: float) -> float:
         if name in ("hysteresis", "slip"):
             return numbers[0] * min(max(s, -1.0), 1.0)
-        return numbers[0] * (x - s) if name == "relaxation" else numbers[0] * s * x
+        if name == "relaxation":
+            return numbers[0] * (x - s)
+        return numbers[0] * numbers[1] * (1.0 - np.exp(-s / numbers[1])) * x
 
     def rates(t: float, y: np.ndarray) -> list[float]:
         x, v, s = y
