@@ -316,8 +316,9 @@ GAINS = -1.0, 1.0
 SLOTS = {"axis": "tilt"}
 """Part of a plant's vector that a law of a sensor moves, where it has another name [-]."""
 
-SHAPE_REACH = 30.0
-"""How far a law's shape may go from its trial value, as a factor [-]."""
+SHAPE_REACH = 300.0, 30.0
+"""How far a law's shape may go below and above its trial value, as a factor [-]: what slips may be
+next to rigid before it does."""
 
 
 def shape_entries(
@@ -341,8 +342,8 @@ def shape_entries(
             (place, law.name, shape.symbol),
             None,
             value,
-            value / SHAPE_REACH,
-            value * SHAPE_REACH,
+            value / SHAPE_REACH[0],
+            value * SHAPE_REACH[1],
             value,
             unit=shape.unit(rotation, channel_unit),
             nuisance=False,

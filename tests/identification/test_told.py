@@ -169,6 +169,7 @@ def test_what_held_out_records_cannot_show_may_not_spoil_them():
         ("quadratic_damping", "clubhead", 91001, 0.6587),
         ("sensor_tilt", "head_acc", 91002, 0.5908),
         ("drive_ripple", "drive", 91001, 4.989e-4),
+        ("stiffness_drift", "shaft", 91010, 117.25),  # 78.17 N/m, settling within 0.667 s
     ],
 )
 def test_a_bench_that_hides_it_is_found_out(tmp_path, law, place, seed, size):
