@@ -143,7 +143,7 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
     told = np.stack(columns, axis=1) if columns else np.zeros((count, 0))
     inputs = _continued(told, ports, padded)
     calm = calm_from(record, isinstance(mechanism, Robot))
-    drives = [(c.quantity, column) for c, column in zip(record.inputs, columns, strict=True)]
+    drives = [(channel.quantity, _as_read(channel)) for channel in record.inputs]
     sensors = tuple(_sensor(channel, times, rate, padded, calm) for channel in responses)
     first = sensors[0].values
     free = not any(np.ptp(column) > 0 for column in columns)
@@ -275,6 +275,12 @@ def _with_forces(prepared: Prepared, forces: Sequence[ForceKey]) -> Prepared:
             columns.append(prepared.inputs[:, index])
     inputs = np.stack(columns, axis=1) if columns else prepared.inputs
     return replace(prepared, ports=tuple(ports), drives=tuple(drives), inputs=inputs)
+
+
+def _as_read(channel: Channel) -> np.ndarray:
+    """Its samples from the record's first one on [SI]: a spline between them smooths noise."""
+    early = -channel.start_time * channel.sample_rate
+    return np.asarray(channel.values)[max(int(np.ceil(early - 1e-6)), 0) :]
 
 
 def _on_grid(channel: Channel, times: np.ndarray) -> np.ndarray:

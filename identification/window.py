@@ -10,6 +10,7 @@ import numpy as np
 from ..model.chain import DERIVATIVES, FORCES
 from ..model.linear import Mechanism, modes
 from .decay import free_from
+from .noise import periodogram
 from .records import Record
 
 BLOW = 0.01
@@ -61,14 +62,41 @@ def begins_at_rest(
         if order > 1 or not np.ptp(values) > 0:
             continue
         rate = np.diff(values) if order == 0 else values
-        if abs(np.mean(rate[:3])) > STILL * np.max(np.abs(rate)):
+        most, opening = STILL * np.max(np.abs(rate)), rate[:3]
+        first, unsure = float(np.mean(opening)), 0.0
+        if 3.0 * _noise(values) > most * len(opening):  # a few samples tell noise alone
+            first, unsure = _first_rate(values, order)
+        if abs(first) > most + 3.0 * unsure:
             return False
     for quantity, values in seen:
-        rate = np.abs(np.gradient(values)) if DERIVATIVES[quantity] == 0 else np.abs(values)
-        few = max(4, len(rate) // 10000)
+        count = max(1, min(int(_period(values) / 20.0), len(values) // 200))
+        few = max(1, 4 // count)
+        means = values[: len(values) // count * count].reshape(-1, count).mean(axis=1)
+        rate = np.abs(np.gradient(means)) if DERIVATIVES[quantity] == 0 else np.abs(means)
         if np.max(rate[:few]) > REST * np.max(rate):
             return False
     return True
+
+
+def _period(values: np.ndarray) -> float:
+    """That of the strongest oscillation [samples]."""
+    frequency, power = periodogram(values - np.mean(values))
+    return 1.0 / float(frequency[int(np.argmax(power))])
+
+
+def _noise(values: np.ndarray) -> float:
+    """What third differences show: of 20 times its power, where it is white [as the values]."""
+    return float(np.std(np.diff(values, 3))) / np.sqrt(20.0)
+
+
+def _first_rate(values: np.ndarray, order: int) -> tuple[float, float]:
+    """Rate at the first sample and its standard error, by a parabola through what follows."""
+    count = int(np.clip(_period(values) / 5.0, 4, max(len(values) // 4, 4)))
+    steps = np.arange(count)[:, None] ** np.arange(3 if order == 0 else 2)
+    which = 1 if order == 0 else 0
+    numbers = np.linalg.lstsq(steps, values[:count], rcond=None)[0]
+    spread = np.linalg.pinv(steps.T @ steps)[which, which]
+    return float(numbers[which]), _noise(values) * float(np.sqrt(spread))
 
 
 def opening_seconds(

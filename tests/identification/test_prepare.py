@@ -321,6 +321,21 @@ def test_a_record_too_short_after_its_release_is_refused(tmp_path):
         prepared(deaf)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_is_no_motion_that_a_record_begins_with(seed):
+    """A gauge of 2 kHz shows more speed in its noise than a club of 3 Hz has."""
+    rng = np.random.default_rng(seed)
+    times, slow = np.arange(4096) / 2048.0, np.arange(500) / 250.0
+    gauge = 0.1 * np.sin(19.0 * np.maximum(times - 0.2, 0.0)) + rng.normal(0, 2e-3, 4096)
+    swung = np.maximum(slow - 0.2, 0.0)
+    angle = 0.08 * np.sin(16.0 * swung) * np.minimum(2.0 * swung, 1.0)
+    angle = angle + rng.normal(0, 6e-5, 500)
+    assert begins_at_rest([("deflection", gauge)], [("angle", angle)])
+    assert not begins_at_rest([("deflection", gauge)], [("angle", angle + 0.02 * slow)])
+    moves = 0.1 * np.sin(19.0 * times) + rng.normal(0, 2e-3, 4096)
+    assert not begins_at_rest([("deflection", moves)], [("angle", angle)])
+
+
 def test_a_swings_window_that_begins_slowly_does_not_begin_at_rest():
     """What an impact makes small is not still: told motions must begin still, forces need not."""
     times = np.linspace(0.0, 1.0, 400)
