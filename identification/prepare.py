@@ -129,12 +129,16 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
     start, reason = window(record, isinstance(mechanism, Robot))
     rate = record.sample_rate
     moved = any(np.ptp(channel.values) > 0 for channel in record.inputs)
-    end = _told_until(record) if moved else faded_at(record, start)
+    calm = calm_from(record, isinstance(mechanism, Robot))
+    used = max(start, int(np.ceil(calm * rate - 1e-6)))  # the first one that counts
+    end = len(record.times)
+    if end - used >= 16:
+        end = _told_until(record) if moved else faded_at(record, used)
     times = np.arange(start, end) / rate
-    if len(times) < 16:
+    if end - used < 16:
         raise ValueError(
             f"{record.path.name}: expected at least 16 samples after the release, found "
-            f"{len(times)}. Mend: give a longer record or [start] at."
+            f"{max(end - used, 0)}. Mend: give a longer record or [start] at."
         )
     count = len(times)
     padded = bucket(count)
@@ -142,7 +146,6 @@ def prepare(record: Record, mechanism: Mechanism, numbers: Mapping[str, float]) 
     ports = tuple(Port(c.place, c.quantity, held=c.held) for c in record.inputs)
     told = np.stack(columns, axis=1) if columns else np.zeros((count, 0))
     inputs = _continued(told, ports, padded)
-    calm = calm_from(record, isinstance(mechanism, Robot))
     drives = [(channel.quantity, _as_read(channel)) for channel in record.inputs]
     sensors = tuple(_sensor(channel, times, rate, padded, calm) for channel in responses)
     first = sensors[0].values

@@ -48,6 +48,10 @@ STILL = 1e-3
 record may begin in the middle of it, where all is slow beside the impact but not at rest."""
 
 
+FEW = 8
+"""Samples below which nothing is said of a channel's noise or period [-]."""
+
+
 def begins_at_rest(
     seen: Sequence[tuple[str, np.ndarray]], told: Sequence[tuple[str, np.ndarray]] = ()
 ) -> bool:
@@ -79,13 +83,20 @@ def begins_at_rest(
 
 
 def _period(values: np.ndarray) -> float:
-    """That of the strongest oscillation [samples]."""
+    """That of the strongest oscillation, all of a few samples [samples]."""
+    if len(values) < FEW:
+        return float(len(values))
     frequency, power = periodogram(values - np.mean(values))
     return 1.0 / float(frequency[int(np.argmax(power))])
 
 
 def _noise(values: np.ndarray) -> float:
-    """What third differences show: of 20 times its power, where it is white [as the values]."""
+    """What third differences show: of 20 times its power, where it is white [as the values].
+
+    A few samples show none.
+    """
+    if len(values) < FEW:
+        return 0.0
     return float(np.std(np.diff(values, 3))) / np.sqrt(20.0)
 
 

@@ -321,6 +321,30 @@ def test_a_record_too_short_after_its_release_is_refused(tmp_path):
         prepared(deaf)
 
 
+def test_a_club_that_has_not_rung_out_is_refused_and_one_that_fades_soon_is_not_cut(tmp_path):
+    def problem(at: float, x: np.ndarray = DECAY) -> Prepared:
+        lay_out(tmp_path, x)
+        text = SIDECAR.replace('"decay"', '"impact"').replace('"cart"', '"clubhead"')
+        text += f'frame = "absolute"\n[start]\nat = {at}\n'
+        (tmp_path / "bench.toml").write_text(text.replace("100.0", "2000.0"))
+        (tmp_path / "rig.toml").write_text(CLUB)
+        record = read_record(tmp_path / "bench.toml")
+        return make_problem([record], read_rig(tmp_path / "rig.toml")).records[0]
+
+    with pytest.raises(ValueError, match=r"at least 16 samples after the release, found 0\. Mend"):
+        problem(0.42)
+    soon = np.exp(-10.0 * AFTER) * np.cos(100.0 * AFTER)  # gone before the 60 ms are over
+    seen = problem(HOLD / 2000.0, soon)
+    assert len(seen.sensors[0].values) >= 60
+
+
+def test_a_channel_of_few_samples_says_nothing_of_its_noise():
+    assert begins_at_rest(
+        [("position", np.append(np.zeros(5), [0.2, 0.5]))], [("angle", np.zeros(3))]
+    )
+    assert begins_at_rest([], [("angle", np.array([0.0, 0.0, 0.0, 0.0, 0.1]))])
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_noise_is_no_motion_that_a_record_begins_with(seed):
     """A gauge of 2 kHz shows more speed in its noise than a club of 3 Hz has."""
