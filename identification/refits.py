@@ -49,7 +49,7 @@ UNASKED = 4
 
 REST, QUIET = 0.025, 2.0
 """Share of the worst channel's misfit ratio, and ratio where errors of the model dominated, below
-which a law needs no trial from told constants [-]."""
+which a law needs no trial from told constants, nor one of its places from where it began [-]."""
 
 HOPELESS = 100.0
 """A quick refit that is worse than the best one by more than this, and by more than a fifth of
@@ -250,15 +250,17 @@ def exchanged(trial: Trial, candidates: Sequence[Candidate]) -> list[Trial]:
     return sorted(found, key=lambda one: -one.delta_bic)
 
 
-def elsewhere(trial: Trial, candidates: Sequence[Candidate]) -> list[Trial]:
+def elsewhere(trial: Trial, candidates: Sequence[Candidate], before: Fit) -> list[Trial]:
     """Trials of a law at the other places where it may sit as well, from the constants it asks for.
 
     Springs in a row share a motion; from constants that were drawn away without a cause the way to
-    one of its places may be closed.
+    one of its places may be closed. Where the law leaves errors of the model, the constants that it
+    asks for may be those of the wrong place: the others are tried from where it began, too.
 
     Args:
         trial: a law of the mechanism that would be accepted.
         candidates: the screen without it.
+        before: the fit without it, that it began from.
 
     Returns:
         The trials that explain about as much as it does, by the weights of its own fit, or more.
@@ -269,7 +271,10 @@ def elsewhere(trial: Trial, candidates: Sequence[Candidate]) -> list[Trial]:
     same = [c.cause for c in candidates if c.law.name == own.law.name and c.place != own.place]
     if own.law.kind != "link" or not same:
         return []
-    return _from_its_constants(trial, same, 40)
+    found = _from_its_constants(trial, same, 40)
+    if worst_ratio(before) > DOMINATED and worst_ratio(trial.fit) > QUIET:
+        found += _from_where_it_began(trial, same, before)
+    return found
 
 
 def ends_swapped(trial: Trial, candidates: Sequence[Candidate]) -> Trial | None:
@@ -326,4 +331,23 @@ def _from_its_constants(trial: Trial, causes: Sequence[Cause], evaluations: int)
         Trial(candidate, other, trial.delta_bic + delta_bic(trial.fit, other))
         for candidate, other in zip(tried, fits, strict=True)
         if other.cost < trial.fit.cost + AMBIGUOUS
+    ]
+
+
+def _from_where_it_began(trial: Trial, causes: Sequence[Cause], before: Fit) -> list[Trial]:
+    """Trials of causes from the fit without a trial's law that explain more than it does."""
+    weights = {
+        name: getattr(trial.fit.model, name) for name in ("noises", "allowances", "followed")
+    }
+
+    def refit(candidate: Candidate) -> Fit:
+        begun = extend(before, candidate, RINGING)
+        return solve(replace(begun.model, **weights), begun.x, 40, CRAWL)
+
+    tried = screen(before, causes)
+    fits = each_whole(refit, tried)
+    return [
+        Trial(candidate, other, trial.delta_bic + delta_bic(trial.fit, other))
+        for candidate, other in zip(tried, fits, strict=True)
+        if other.cost < trial.fit.cost
     ]

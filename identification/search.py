@@ -306,7 +306,7 @@ class Search:
 
     def _placed(self, trial: Trial) -> tuple[Trial, list[Trial]]:
         """An accepted law at the place where it explains most, and its trials at the others."""
-        near = elsewhere(trial, self.left)
+        near = elsewhere(trial, self.left, self.fit)
         best = max(near, key=lambda one: one.delta_bic, default=trial)
         if best.delta_bic > trial.delta_bic:
             judged = self._judged_instead(best, trial)

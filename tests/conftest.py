@@ -42,9 +42,12 @@ def pytest_sessionstart() -> None:
         pytest.exit(f"supple is imported from {found}, not from {ROOT}: run `make install`", 2)
 
 
-@pytest.fixture(autouse=True, scope="module")
+@pytest.fixture(autouse=True)
 def forget_compiled() -> Iterator[None]:
-    """After each module, drop compiled programs where they have become too many."""
+    """After each test, drop compiled programs where they have become too many.
+
+    One module of slow diagnoses alone reaches what a system allows: there the process ends.
+    """
     yield
     forget_programs()
 

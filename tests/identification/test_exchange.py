@@ -105,13 +105,13 @@ def test_a_law_is_tried_from_its_constants_at_places_that_share_its_motion(costs
     trial = Trial(shaft, cast(Any, stand_in(200.0)), 4800.0)
     for cost, wanted in ((100.0, [4900.0]), (203.0, [4797.0]), (300.0, [])):
         costs["sleeve/hysteresis"] = cost
-        found = elsewhere(trial, [shaft, sleeve, wrist, unlike])
+        found = elsewhere(trial, [shaft, sleeve, wrist, unlike], trial.fit)
         assert [one.delta_bic for one in found] == wanted
     assert set(asked) == {"shaft/hysteresis", "sleeve/hysteresis", "wrist/hysteresis"}
     asked.clear()
     channel = Trial(candidate("sensor_gain", 9.0, "head"), cast(Any, stand_in(1.0)), 10.0)
     twin = candidate("sensor_gain", 9.0, "gauge")
-    assert elsewhere(channel, [channel.candidate, twin]) == []
+    assert elsewhere(channel, [channel.candidate, twin], channel.fit) == []
     assert asked == []
 
 
@@ -122,7 +122,7 @@ def test_the_place_that_explains_most_is_named_where_it_stands(monkeypatch, verd
     better = Trial(there, cast(Any, stand_in(100.0)), 4900.0)
     search = searching.Search(cast(Any, stand_in(5000.0)), None, lambda words: None)
     search.trials.append(first)
-    monkeypatch.setattr(searching, "elsewhere", lambda trial, left: [better])
+    monkeypatch.setattr(searching, "elsewhere", lambda trial, left, before: [better])
     monkeypatch.setattr(search, "_judge", lambda trial, before: replace(trial, verdict=verdict))
     trial, near = search._placed(first)
     if verdict == "accepted":
@@ -146,7 +146,7 @@ def test_what_explains_as_much_from_the_same_constants_is_a_rival(monkeypatch, b
         searching, "whole_refits", lambda fit, quick: ([first, poor], Quick(fit, ()))
     )
     monkeypatch.setattr(searching, "exchanged", lambda trial, left: [other])
-    monkeypatch.setattr(searching, "elsewhere", lambda trial, left: [])
+    monkeypatch.setattr(searching, "elsewhere", lambda trial, left, before: [])
     monkeypatch.setattr(searching, "ends_swapped", lambda trial, left: None)
     monkeypatch.setattr(searching, "_as_weighed", lambda fit, by: fit)
     monkeypatch.setattr(searching, "contest", lambda one, two: Contest(0.0, 1.0, 1.0, 99))
@@ -168,7 +168,7 @@ def ended(monkeypatch, verdict: str) -> tuple[list[Trial], list[Trial], list[Tri
     accept = Mock()
     monkeypatch.setattr(searching, "whole_refits", lambda fit, quick: ([first], Quick(fit, ())))
     monkeypatch.setattr(searching, "exchanged", lambda trial, left: [])
-    monkeypatch.setattr(searching, "elsewhere", lambda trial, left: [first])
+    monkeypatch.setattr(searching, "elsewhere", lambda trial, left, before: [first])
     monkeypatch.setattr(searching, "ends_swapped", lambda trial, left: other)
     monkeypatch.setattr(searching, "quietest_first", lambda fit, trials: trials)
     monkeypatch.setattr(searching, "_as_weighed", lambda fit, by: fit)

@@ -349,4 +349,4 @@ def test_ranks_of_the_truth_are_uniform_under_uneven_noise(small_problem, growth
 @pytest.mark.slow
 def test_an_even_likelihood_fails_the_same_test_where_noise_grows(small_problem):
     """Its posteriors are too narrow where the motion is large and too wide where it is small."""
-    assert worst_p_value(small_problem, 200, 12.0, 0.0, told=False) < 0.01
+    assert worst_p_value(small_problem, 400, 12.0, 0.0, told=False) < 0.01
