@@ -365,3 +365,17 @@ def _at_typical(entry: Entry, fit: Fit, driven: bool) -> Entry:
         spread = max(float(np.ptp(values)), 3.0 * max(fit.std(i) for i in which))
         return replace(entry, value=typical, center=typical, prior=min(spread, entry.prior))
     return entry
+
+
+def as_weighed(fit: Fit, by: Fit, evaluations: int = 25) -> Fit:
+    """A fit by the weights of another one of the same records.
+
+    Args:
+        fit: where it begins.
+        by: the fit whose noise laws and allowances weigh the records.
+        evaluations: budget [-].
+
+    Source: tests/identification/test_exchange.py.
+    """
+    own = {name: getattr(by.model, name) for name in ("noises", "allowances", "followed")}
+    return solve(replace(fit.model, **own), fit.x, evaluations, CRAWL)

@@ -9,7 +9,7 @@ import numpy as np
 
 from .beside import THREADS, each_whole
 from .evidence import delta_bic
-from .extend import extend, extended_model, thinned, without, worst_ratio
+from .extend import as_weighed, extend, extended_model, thinned, without, worst_ratio
 from .fit import CRAWL, DOMINATED, Fit, constants_held, solve
 from .losses import ENDS, at_other_end, farness, swapped_ends
 from .problem import Cause
@@ -336,13 +336,9 @@ def _from_its_constants(trial: Trial, causes: Sequence[Cause], evaluations: int)
 
 def _from_where_it_began(trial: Trial, causes: Sequence[Cause], before: Fit) -> list[Trial]:
     """Trials of causes from the fit without a trial's law that explain more than it does."""
-    weights = {
-        name: getattr(trial.fit.model, name) for name in ("noises", "allowances", "followed")
-    }
 
     def refit(candidate: Candidate) -> Fit:
-        begun = extend(before, candidate, RINGING)
-        return solve(replace(begun.model, **weights), begun.x, 40, CRAWL)
+        return as_weighed(extend(before, candidate, RINGING), trial.fit, 40)
 
     tried = screen(before, causes)
     fits = each_whole(refit, tried)

@@ -16,7 +16,7 @@ from .evidence import (
     least_explained,
     on_bounds,
 )
-from .extend import HeldOut, extend, held_out, shown_by, without, worst_ratio
+from .extend import HeldOut, as_weighed, extend, held_out, shown_by, without, worst_ratio
 from .fit import CRAWL, DOMINATED, PATIENCE, Fit, polished, settle, solve
 from .form import mends_form, mends_lumping, within_next
 from .problem import Problem
@@ -401,7 +401,7 @@ class Search:
                 continue  # what it costs says little
             if best.delta_bic - other.delta_bic < AMBIGUOUS:
                 if any(other is one for one in near):
-                    close = contest(best.fit, _as_weighed(other.fit, best.fit))
+                    close = contest(best.fit, as_weighed(other.fit, best.fit))
                 else:
                     close = contest(own.fit, other.fit)
                 other = replace(other, contest=close)
@@ -437,9 +437,3 @@ class Search:
     def where(self) -> Whereabouts | None:
         """Where what the rig lacks sits, asked without any law."""
         return whereabouts(self.base, self.progress, self.apart)
-
-
-def _as_weighed(fit: Fit, by: Fit) -> Fit:
-    """A fit by the weights of another one."""
-    own = {name: getattr(by.model, name) for name in ("noises", "allowances", "followed")}
-    return solve(replace(fit.model, **own), fit.x, 25, CRAWL)

@@ -115,6 +115,26 @@ def test_a_law_is_tried_from_its_constants_at_places_that_share_its_motion(costs
     assert asked == []
 
 
+@pytest.mark.parametrize(
+    ("before", "left", "found"), [(500.0, 5.7, 1), (500.0, 1.5, 0), (9.0, 5.7, 0)]
+)
+def test_a_place_whose_constants_lie_elsewhere_is_tried_from_where_it_began(
+    costs, monkeypatch, before, left, found
+):
+    """At zero strength a sleeve's hysteresis gained next to nothing: its shaft had been named."""
+    shaft = candidate("hysteresis", 6000.0, "shaft")
+    sleeve = replace(shaft, place="sleeve", gain=2.0)
+    begun, now = cast(Any, stand_in(5000.0)), cast(Any, stand_in(200.0))
+    monkeypatch.setattr(refits, "worst_ratio", lambda fit: before if fit is begun else left)
+    monkeypatch.setattr(refits, "screen", lambda fit, causes: [shaft, sleeve][-len(causes) :])
+    monkeypatch.setattr(refits, "as_weighed", lambda fit, by, evaluations: fit)
+    trial = Trial(shaft, now, 4800.0)
+    costs["sleeve/hysteresis"] = 100.0
+    assert [one.delta_bic for one in elsewhere(trial, [shaft, sleeve], begun)] == [4900.0] * found
+    costs["sleeve/hysteresis"] = 201.0  # worse than where the law stands
+    assert elsewhere(trial, [shaft, sleeve], begun) == []
+
+
 @pytest.mark.parametrize("verdict", ["accepted", "refused"])
 def test_the_place_that_explains_most_is_named_where_it_stands(monkeypatch, verdict):
     here, there = (candidate("hysteresis", 9.0, place) for place in ("shaft", "sleeve"))
@@ -148,7 +168,7 @@ def test_what_explains_as_much_from_the_same_constants_is_a_rival(monkeypatch, b
     monkeypatch.setattr(searching, "exchanged", lambda trial, left: [other])
     monkeypatch.setattr(searching, "elsewhere", lambda trial, left, before: [])
     monkeypatch.setattr(searching, "ends_swapped", lambda trial, left: None)
-    monkeypatch.setattr(searching, "_as_weighed", lambda fit, by: fit)
+    monkeypatch.setattr(searching, "as_weighed", lambda fit, by: fit)
     monkeypatch.setattr(searching, "contest", lambda one, two: Contest(0.0, 1.0, 1.0, 99))
     monkeypatch.setattr(search, "_judge", lambda trial, before: replace(trial, verdict="accepted"))
     monkeypatch.setattr(search, "_accept", accept)
@@ -171,7 +191,7 @@ def ended(monkeypatch, verdict: str) -> tuple[list[Trial], list[Trial], list[Tri
     monkeypatch.setattr(searching, "elsewhere", lambda trial, left, before: [first])
     monkeypatch.setattr(searching, "ends_swapped", lambda trial, left: other)
     monkeypatch.setattr(searching, "quietest_first", lambda fit, trials: trials)
-    monkeypatch.setattr(searching, "_as_weighed", lambda fit, by: fit)
+    monkeypatch.setattr(searching, "as_weighed", lambda fit, by: fit)
     monkeypatch.setattr(searching, "contest", lambda one, two: Contest(0.0, 1.0, 1.0, 99))
     judged = {"shaft": "accepted", "sleeve": verdict}
     monkeypatch.setattr(
