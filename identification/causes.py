@@ -35,13 +35,13 @@ def possible_causes(fit: Fit) -> list[Cause]:
         drives = [(DRIVE, law) for law in laws if law.kind == DRIVE]
         found += [(place, law) for place, law in drives if (place, law.name) not in had]
     leaning = _leaning(problem)
-    for channel, is_input, driven in _channels(fit):
+    for channel, is_input, checked in _channels(fit):
         for law in laws:
             if not law.slot or (channel, law.name) in had:
                 continue
             fits = law.kind == "channel" or (not is_input and law.kind == "reading")
             fits = fits or (law.kind == "axis" and channel in leaning)
-            if fits or (law.kind == "response" and not is_input and driven):
+            if fits or (law.kind == "response" and not is_input and checked):
                 found.append((channel, law))
     return found
 
@@ -72,15 +72,19 @@ def _leaning(problem: Problem) -> set[str]:
 
 
 def _channels(fit: Fit) -> list[tuple[str, bool, bool]]:
-    """Name, whether an input, whether a record with it is driven."""
+    """Name, whether an input, whether what drives a record or another channel says what it reads.
+
+    Gain and lag of the only channel of a free decay are its start's: no such record can tell them.
+    """
     found: dict[str, tuple[str, bool, bool]] = {}
     for prepared in fit.problem.records:
+        checked = not prepared.free or len(prepared.sensors) > 1
         for channel in prepared.record.channels:
             is_input = channel.role == "input"
             if is_input and channel.quantity not in ("force", "torque"):
                 continue
             before = found.get(channel.name, (channel.name, is_input, False))
-            found[channel.name] = (channel.name, is_input, before[2] or not prepared.free)
+            found[channel.name] = (channel.name, is_input, before[2] or checked)
     return list(found.values())
 
 

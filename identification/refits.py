@@ -15,6 +15,7 @@ from .losses import ENDS, at_other_end, farness, swapped_ends
 from .problem import Cause
 from .screen import Candidate, alikeness, screen
 from .standing import MISFIT_SHOWN, misfit_chance
+from .starts import eased_start
 from .swung import is_swung
 from .told import Begun, begun_from_told, told_trials, unasked_trials, weighed_as
 from .tolerances import PULLED, worst_pull
@@ -126,12 +127,21 @@ def quick_refits(
         told, fresh = told_trials(fit, lambda one: swung and is_swung(problem, one.cause))
     begun = _begun(told, fresh, start, progress)
     quick += _weighed(start, begun)
-    lost = all(worst_ratio(one) > DOMINATED for one, _ in quick) and not _is_found(start, quick)
-    if fresh and not swung and lost:
-        unasked = unasked_trials(told, {one.candidate.name for one in begun})
+    tried = {one.candidate.name for one in begun}
+    if fresh and not swung and _is_lost(start, quick):
+        asked = [c.cause for c in chosen if not c.law.slot and c.name not in tried]
+        there = screen(told, asked) if asked else []
+        quick += _weighed(start, _begun(told, there, start, progress))
+    if fresh and not swung and _is_lost(start, quick):
+        unasked = unasked_trials(told, tried | {f"{place}/{law.name}" for place, law in asked})
         begun = sorted(_begun(told, unasked, start, progress), key=lambda one: one.cost)[:UNASKED]
         quick += _weighed(start, begun)
     return Quick(start, tuple(sorted(quick, key=lambda pair: pair[0].cost)))
+
+
+def _is_lost(start: Fit, quick: Sequence[tuple[Fit, Candidate]]) -> bool:
+    """Whether errors of the model dominate beside every law that was tried."""
+    return all(worst_ratio(one) > DOMINATED for one, _ in quick) and not _is_found(start, quick)
 
 
 def _is_found(start: Fit, quick: Sequence[tuple[Fit, Candidate]]) -> bool:
@@ -205,7 +215,7 @@ def _worth_whole(
         hopeless = fit.cost - best > max(HOPELESS, 0.2 * gained)
         far = (rank > 2 or (rank and hopeless)) and candidate.name not in limits
         (aside if far else close).append((fit, candidate))
-    near = each_whole(lambda pair: (solve(pair[0].model, pair[0].x, 30), pair[1]), close)
+    near = each_whole(lambda pair: (_at_minimum(pair[0]), pair[1]), close)
     near.sort(key=lambda pair: pair[0].cost)
     best = near[0][0].cost
     kept = []
@@ -213,6 +223,16 @@ def _worth_whole(
         hopeless = fit.cost - best >= max(HOPELESS, BEHIND * best)
         (aside if hopeless and candidate.name not in limits else kept).append((fit, candidate))
     return kept, sorted(aside, key=lambda pair: pair[0].cost)
+
+
+def _at_minimum(fit: Fit) -> Fit:
+    """A quick refit followed further, or a better one from where nothing strains its tolerance."""
+    found = solve(fit.model, fit.x, 30)
+    strained = max(fit, found, key=worst_pull)
+    if worst_pull(strained) <= PULLED:
+        return found
+    other = solve(fit.model, eased_start(fit.model, strained.x), 60)
+    return min(found, other, key=lambda one: one.cost)
 
 
 EXCHANGE = 0.5

@@ -141,9 +141,9 @@ class Law:
             open), ``body`` (what carries other things), ``support`` (what all is clamped in),
             ``swung`` (all that a told motion swings),
             ``arm`` (one that is told to move), ``spun`` (what it pulls outwards), ``reading``
-            (a measured channel), ``response`` (the same, where something drives the record),
-            ``channel`` (a measured channel or a drive's), ``axis`` (an accelerometer), ``load``
-            (the place where a sensor sits) or ``drive`` (a told motion).
+            (a measured channel), ``response`` (the same, where a drive or another channel says
+            what it should read), ``channel`` (a measured channel or a drive's), ``axis`` (an
+            accelerometer), ``load`` (the place where a sensor sits) or ``drive`` (a told motion).
         also: further kinds of places where it acts.
         symbol: name of its strength in results, such as ``torque`` or ``gap``.
         dimension: exponents of force, length and time in the strength's unit [-].

@@ -27,7 +27,7 @@ def plain(monkeypatch):
 
 def stand_in(cost: float) -> Any:
     fit = SimpleNamespace(cost=cost, x=None, problem=None, misfits={})
-    fit.model = SimpleNamespace(fit=fit, allowances=None)
+    fit.model = SimpleNamespace(fit=fit, allowances=None, entries=())
     return fit
 
 
@@ -201,6 +201,58 @@ def test_what_rings_has_longer_to_find_its_own_frequency(monkeypatch):
     assert budgets == {"cubic_stiffness": refits.QUICK, "support_flexibility": refits.RINGING}
 
 
+@pytest.mark.parametrize(("ratio", "tried"), [(50.0, ["base", "shaft"]), (2.0, [])])
+def test_what_was_tried_beside_drawn_away_constants_is_tried_from_told_ones(
+    monkeypatch, ratio, tried
+):
+    """A support that yields: beside a clubhead and a collet too light it rang at no frequency."""
+    laws = [
+        candidate("support_flexibility", 90.0, "base"),
+        candidate("sensor_saturation", 80.0, "head"),
+        candidate("slip", 70.0, "shaft"),
+        candidate("cubic_stiffness", 60.0, "wrist"),
+    ]
+    asked: list[str] = []
+    found = stand_in(3000.0)
+    monkeypatch.setattr(refits, "thinned", lambda model: model)
+    monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
+    monkeypatch.setattr(refits, "promising", lambda fit, chosen, least: chosen)
+    monkeypatch.setattr(refits, "misfit_chance", lambda fit: 0.0)
+    monkeypatch.setattr(refits, "worst_ratio", lambda fit: ratio)
+    monkeypatch.setattr(refits, "is_swung", lambda problem, cause: False)
+    monkeypatch.setattr(refits, "extend", lambda fit, law, evaluations: found)
+    monkeypatch.setattr(refits, "told_trials", lambda fit, always: (fit, laws[3:]))
+    monkeypatch.setattr(refits, "unasked_trials", lambda told, names: [])
+    monkeypatch.setattr(refits, "weighed_as", lambda start, begun, evaluations: found)
+
+    def screen(told: Any, causes: Any) -> list[Candidate]:
+        return [law for law in laws if law.cause in causes]
+
+    def begin(told: Fit, law: Candidate, start: Fit, evaluations: int) -> Begun:
+        asked.append(law.place)
+        return begun(law, 1.0)
+
+    monkeypatch.setattr(refits, "screen", screen)
+    monkeypatch.setattr(refits, "begun_from_told", begin)
+    quick_refits(stand_in(5000.0), laws, [], lambda words: None)
+    assert sorted(asked) == [*tried, "wrist"]
+
+
+@pytest.mark.parametrize(("pulls", "begins"), [((9.0, 2.0), 1), ((2.0, 9.0), 2), ((2.0, 2.0), 0)])
+def test_a_strained_refit_starts_again_from_where_nothing_strains(monkeypatch, pulls, begins):
+    quick, found, eased = stand_in(3000.0), stand_in(2500.0), stand_in(2000.0)
+    quick.x, found.x = 1, 2
+    pull = {id(quick): pulls[0], id(found): pulls[1]}
+    monkeypatch.setattr(refits, "worst_pull", lambda fit: pull[id(fit)])
+    monkeypatch.setattr(refits, "eased_start", lambda model, x: -x)
+    monkeypatch.setattr(
+        refits, "solve", lambda model, x, patience: found if x > 0 else (asked.append(-x), eased)[1]
+    )
+    asked: list[int] = []
+    assert refits._at_minimum(quick) is (eased if begins else found)
+    assert asked == ([begins] if begins else [])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("bench", "seed", "decibels", "name"),
@@ -212,6 +264,8 @@ def test_what_rings_has_longer_to_find_its_own_frequency(monkeypatch):
         ("B", 98414, "30", "sleeve/hysteresis"),  # a fixed club's shaft was reached first
         ("B", 101001, "30", "sleeve/hysteresis"),  # nearly all of a sleeve's spring gives way
         ("B", 106014, "30", "base/support_flexibility"),  # a rider had been nearer at first
+        ("A", 107026, "30", "base/support_flexibility"),  # with a shaft that weighed too much
+        ("B", 107026, "30", "head_acc/sensor_lowpass"),  # nothing drives it: it lags all others
     ],
 )
 def test_a_bench_whose_cause_others_had_stood_in_for(tmp_path, bench, seed, decibels, name):

@@ -175,6 +175,19 @@ def test_only_laws_that_make_sense_are_tried(clean_fit, tmp_path):
     assert any(law.name == "gravity" for _, law in possible_causes(turning))
 
 
+def test_a_channel_of_a_free_decay_can_lag_only_behind_another_one(clean_fit):
+    def lags(copies: int) -> set[str]:
+        records = tuple(replace(one, sensors=one.sensors * copies) for one in problem.records)
+        model = replace(clean_fit.model, problem=replace(problem, records=records))
+        causes = possible_causes(replace(clean_fit, model=model))
+        return {place for place, law in causes if law.name == "sensor_lowpass"}
+
+    problem = clean_fit.problem
+    assert all(one.free and len(one.sensors) == 1 for one in problem.records)
+    assert lags(1) == set(), "its start says the same"
+    assert lags(2) == {problem.records[0].sensors[0].channel.name}
+
+
 def test_laws_that_are_left_out_are_not_tried(clean_fit):
     every = {(place, law.name) for place, law in possible_causes(clean_fit)}
     problem = leaving_out(clean_fit.problem, ["coulomb_friction", "sensor_saturation"])

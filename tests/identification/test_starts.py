@@ -10,7 +10,14 @@ from supple.identification.base import fit_base
 from supple.identification.fit import solve
 from supple.identification.problem import Model, base_entries, make_problem, rough_noise
 from supple.identification.records import read_record
-from supple.identification.starts import MOST, has_basins, other_starts, told_start
+from supple.identification.starts import (
+    MOST,
+    STRAINED,
+    eased_start,
+    has_basins,
+    other_starts,
+    told_start,
+)
 from supple.identification.tolerances import PULLED
 from supple.model.rig import read_rig
 from tests.lab.draw import draw_case
@@ -74,6 +81,26 @@ def test_constants_go_back_to_what_the_rig_says_and_records_keep_their_own(twin)
         wanted = entry.value / entry.scale if own else was
         inside = np.clip(wanted, entry.low / entry.scale, entry.high / entry.scale)
         assert now == pytest.approx(inside), entry.label
+
+
+def test_what_strains_its_tolerance_goes_back_and_springs_stay(twin):
+    problem, _ = twin
+    entries = list(base_entries(problem))
+    shared = [k for k, e in enumerate(entries) if e.slot == "numbers" and e.record is None]
+    bound, free = shared[:2], shared[2:]
+    assert (
+        len(bound) == 2 and free and all(e.prior == np.inf for e in map(entries.__getitem__, free))
+    )
+    for k in bound:
+        entries[k] = replace(entries[k], center=entries[k].value, prior=0.1 * entries[k].value)
+    model = Model(problem, tuple(entries), (), rough_noise(problem))
+    x = np.array([3.0 * entry.value / entry.scale for entry in entries])
+    near = bound[0]
+    x[near] = (entries[near].center + 0.9 * STRAINED * entries[near].prior) / entries[near].scale
+    start = eased_start(model, x)
+    for k, entry in enumerate(entries):
+        back = k == bound[1]
+        assert start[k] == pytest.approx(entry.center / entry.scale if back else x[k]), entry.label
 
 
 @pytest.mark.parametrize("pull", [2.0 * PULLED, 0.5 * PULLED])
