@@ -19,8 +19,8 @@ from .screen import VISIBLE
 from .search import LEAST_SHARE, Search
 from .spikes import without_spikes
 from .standing import alike_pairs, floor_visibility, misfit_chance, whiteness
-from .tolerances import strays
-from .whereabouts import CLEARED, SMALL_EXCESS, stray_channel
+from .tolerances import strained, strays
+from .whereabouts import CLEARED, SMALL_EXCESS, stray_place
 
 
 def diagnose(
@@ -92,6 +92,7 @@ def _verdict(search: Search, split: str) -> Diagnosis:
     share = explained(search.base, search.fit)
     if not search.accepted:
         beyond = any(one.beyond for one in search.fit.used) or bool(strays(search.fit))
+        beyond = beyond or bool(strained(search.fit))
         status = "unknown" if beyond or _shows(search.fit) else "adequate"
     elif crowded(search.accepted) or (left > SMALL_EXCESS and share < LEAST_SHARE):
         status = "unknown"
@@ -104,7 +105,7 @@ def _verdict(search: Search, split: str) -> Diagnosis:
     lost = status == "unknown" and excess(search.base) > SMALL_EXCESS
     where = search.where if lost else None
     if status == "unknown" and where is None:
-        where = stray_channel(search.fit)
+        where = stray_place(search.fit)
     blind = tuple(c.name for c in search.first if floor_visibility(search.base, c) < VISIBLE)
     blind += hidden_masses(search.base.problem)
     return Diagnosis(

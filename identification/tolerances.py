@@ -88,9 +88,25 @@ def strays(fit: Fit) -> tuple[Stray, ...]:
     return tuple(sorted(found, key=lambda one: -one.ratio))
 
 
+def strained(fit: Fit) -> tuple[tuple[str, float], ...]:
+    """Numbers of the rig that explain records only far beyond what was stated of them.
+
+    Args:
+        fit: any; guesses that say nothing of how sure they are cannot strain.
+
+    Returns:
+        Name, and distance from what the rig says over its tolerance [-]; the farthest first.
+
+    Source: tests/identification/test_whereabouts.py.
+    """
+    found = [(name, pull) for name, pull in _pulls(fit) if pull > PULLED]
+    return tuple(sorted(found, key=lambda one: -one[1]))
+
+
 def beyond_words(fit: Fit) -> str:
     """A sentence on what went beyond its tolerance [-]; empty where nothing did."""
     told = [_words(one) for one in fit.used if one.beyond]
+    told += [f"{name}, {pull:.0f} times what the rig states" for name, pull in strained(fit)[:1]]
     told += [
         f"{CALLED[one.kind]} of {one.channel} in {one.record}, {one.ratio:.0f} times what its "
         "sidecar states"
@@ -116,7 +132,13 @@ def worst_pull(fit: Fit) -> float:
 
     Source: tests/identification/test_told.py.
     """
-    own = [i for i, e in enumerate(fit.model.entries) if e.slot == "numbers" and e.record is None]
-    entries = [(fit.value(i), fit.model.entries[i]) for i in own]
-    pulls = (abs(v - e.center) / e.prior for v, e in entries if np.isfinite(e.prior))
-    return float(max(pulls, default=0.0))
+    return max((pull for _, pull in _pulls(fit)), default=0.0)
+
+
+def _pulls(fit: Fit) -> list[tuple[str, float]]:
+    """Name and pull [-] of each of a rig's numbers of which a tolerance is stated."""
+    return [
+        (entry.label, float(abs(fit.value(index) - entry.center) / entry.prior))
+        for index, entry in enumerate(fit.model.entries)
+        if entry.slot == "numbers" and entry.record is None and np.isfinite(entry.prior)
+    ]

@@ -15,7 +15,7 @@ from .form import form_words, stated_std, within_form
 from .free import Entry
 from .identifiable import identifiability
 from .screen import Candidate
-from .tolerances import allowed_json, beyond_words
+from .tolerances import allowed_json, beyond_words, strained
 from .trial import Trial
 from .where_told import all_else, stand_ins, where_json, where_words
 from .whereabouts import SMALL_EXCESS
@@ -205,6 +205,12 @@ def next_of(diagnosis: Diagnosis) -> str:
         return (
             f"Check {diagnosis.where.place}: mount, zero, range, cable; read its place by "
             "a second sensor."
+        )
+    pulled = strained(diagnosis.final)
+    if diagnosis.status == "unknown" and pulled and excess(diagnosis.final) < SMALL_EXCESS:
+        return (
+            f"Measure {pulled[0][0]} again, with all that is mounted there, or state it with a "
+            "tolerance that holds it."
         )
     if diagnosis.status == "unknown":
         return (

@@ -17,7 +17,7 @@ from .prepare import Prepared
 from .problem import Model, Problem, base_entries, rough_noise
 from .standing import misfit_chance
 from .swung import is_swung_place
-from .tolerances import strays
+from .tolerances import strained, strays
 
 SMALL_EXCESS = 0.3
 """Misfit beyond noise that is let pass when no law explains it, in units of the noise [-]."""
@@ -78,14 +78,23 @@ class Whereabouts:
     forces: tuple[MissingForce, ...] = ()
 
 
-def stray_channel(fit: Fit) -> Whereabouts | None:
-    """The channel whose zero, gain or delay is not what was stated; None where all are.
+def stray_place(fit: Fit) -> Whereabouts | None:
+    """Where a number is not what was stated: a channel's, or one of the rig's; None where all are.
 
     Args:
-        fit: one that leaves no misfit, see `strays`.
+        fit: one that leaves no misfit, see `strays` and `strained`.
+
+    Source: tests/identification/test_whereabouts.py.
     """
     found = strays(fit)
-    return Whereabouts(found[0].channel, "channel", ()) if found else None
+    if found:
+        return Whereabouts(found[0].channel, "channel", ())
+    names = fit.problem.mechanism.law_places()
+    for number, _ in strained(fit):
+        for place in names:
+            if number.startswith(f"{place}_") or place in number.split("."):
+                return Whereabouts(place, "place", ())
+    return None
 
 
 def whereabouts(

@@ -201,3 +201,21 @@ def test_a_told_motion_that_is_wrong_is_the_drives(tmp_path: Path):
         wrong.append(record)
     found = whereabouts(fit_base(make_problem(wrong, read_rig(tmp_path / "records" / "rig.toml"))))
     assert found is not None and (found.place, found.kind) == ("drive", "drive")
+
+
+@pytest.mark.parametrize(("std", "status"), [(0.004, "unknown"), (0.04, "adequate")])
+def test_a_number_of_the_rig_far_beyond_its_tolerance_is_a_finding(tmp_path, std, status):
+    """A cart that is driven by a known force weighs 0.6 kg, whatever else its rig states."""
+    bench = make_bench(tmp_path, driven=True)
+    number = bench.rig.parameters["masses.cart.mass"]
+    told = replace(number, value=1.08 * number.value, std=std)
+    rig = replace(bench.rig, parameters={**bench.rig.parameters, "masses.cart.mass": told})
+    found = diagnose([*bench.records, *bench.held], rig)
+    assert found.status == status and not found.accepted
+    said = diagnosis_json(found, {})
+    if status == "unknown":
+        assert "masses.cart.mass" in said["sentence"] and "rig states" in said["sentence"]
+        assert said["where"]["place"] == "cart"
+        assert said["what_next"].startswith("Measure masses.cart.mass again")
+    else:
+        assert said["where"] is None and "rig states" not in said["sentence"]
