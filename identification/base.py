@@ -12,7 +12,7 @@ from .guess import first_guess
 from .losses import swapped_losses
 from .prepare import coarser
 from .problem import Model, Problem, base_entries, rough_noise
-from .starts import has_basins, other_starts, told_start
+from .starts import eased_start, has_basins, other_starts, told_start
 from .tolerances import PULLED, worst_pull
 
 HORIZONS = (3.0, 10.0, 40.0, np.inf)
@@ -72,7 +72,8 @@ def back_in_place(fit: Fit, x: np.ndarray, crawling: float) -> Fit:
     """The fit, or a better one from nearer to what is stated, where its constants were drawn away.
 
     Weights by the misfit's own spectrum can lead into a side valley where constants make room for
-    what the model lacks; by the same weights there may be a deeper one near what the rig says.
+    what the model lacks; by the same weights there may be a deeper one near what the rig says, or
+    with what strains there and the springs as they are.
 
     Args:
         fit: settled.
@@ -91,7 +92,11 @@ def back_in_place(fit: Fit, x: np.ndarray, crawling: float) -> Fit:
         return solve(fit.model, constants_held(fit.model, start, 20), 60, CRAWL)
 
     best = min(each_whole(begun, [told_start(fit.model, fit.x), x]), key=lambda one: one.cost)
-    return settle(best, crawling=crawling) if best.cost < DEEPER * fit.cost else fit
+    fit = settle(best, crawling=crawling) if best.cost < DEEPER * fit.cost else fit
+    if worst_pull(fit) <= PULLED:
+        return fit
+    eased = solve(fit.model, eased_start(fit.model, fit.x), 60, CRAWL)
+    return settle(eased, crawling=crawling) if eased.cost < fit.cost else fit
 
 
 def _grown(model: Model, x: np.ndarray) -> Fit:

@@ -9,7 +9,7 @@ from supple.identification import base
 from supple.identification.base import fit_base
 from supple.identification.fit import solve
 from supple.identification.problem import Model, base_entries, make_problem, rough_noise
-from supple.identification.records import read_record
+from supple.identification.records import read_record, split_records
 from supple.identification.starts import (
     MOST,
     STRAINED,
@@ -18,8 +18,9 @@ from supple.identification.starts import (
     other_starts,
     told_start,
 )
-from supple.identification.tolerances import PULLED
+from supple.identification.tolerances import PULLED, worst_pull
 from supple.model.rig import read_rig
+from tests.identification.test_told import drawn
 from tests.lab.draw import draw_case
 
 SPRINGS = ("links.spring_a.stiffness", "links.spring_b.stiffness")
@@ -120,3 +121,29 @@ def test_constants_that_were_drawn_away_come_back_where_that_fits_better(twin, m
             index = found.index(name)
             assert found.value(index) == pytest.approx(truth[name], abs=5 * found.std(index)), name
     assert base.back_in_place(whole, far, 0.0) is whole
+
+
+def test_what_strains_alone_goes_back_where_nothing_else_fits_better(twin, monkeypatch):
+    problem, _ = twin
+    whole = fit_base(problem)
+    far = whole.x.copy()
+    far[whole.index(SPRINGS[0])] *= 1.05
+    away = solve(whole.model, far, 0)
+    monkeypatch.setattr(base, "worst_pull", lambda fit: 2.0 * PULLED)
+    monkeypatch.setattr(base, "constants_held", lambda model, x, evaluations: x)
+    monkeypatch.setattr(base, "told_start", lambda model, x: whole.x)
+    monkeypatch.setattr(base, "DEEPER", 0.0)  # whatever begins elsewhere, it is not far better
+    monkeypatch.setattr(base, "eased_start", lambda model, x: whole.x)
+    found = base.back_in_place(away, far, 0.0)
+    assert found.cost < away.cost and found.cost == pytest.approx(whole.cost, rel=1e-3)
+    monkeypatch.setattr(base, "eased_start", lambda model, x: 3.0 * x)
+    monkeypatch.setattr(base, "solve", lambda model, x, *patience: solve(model, x, 0))
+    assert base.back_in_place(away, far, 0.0) is away
+
+
+@pytest.mark.slow
+def test_a_club_keeps_what_the_rig_states_of_it_where_that_fits_better(tmp_path):
+    """A collet 14 % too light, six of its tolerances, beside a shaft that was too heavy."""
+    records, rig = drawn(tmp_path, "--bench", "B", "--seed", "107041")
+    train, _, _ = split_records(records, ())
+    assert worst_pull(fit_base(make_problem(train, rig))) < 4.0
