@@ -128,8 +128,8 @@ def quick_refits(
     begun = _begun(told, fresh, start, progress)
     quick += _weighed(start, begun)
     tried = {one.candidate.name for one in begun}
+    asked = [c.cause for c in chosen if not c.law.slot and c.name not in tried]
     if fresh and not swung and _is_lost(start, quick):
-        asked = [c.cause for c in chosen if not c.law.slot and c.name not in tried]
         there = screen(told, asked) if asked else []
         quick += _weighed(start, _begun(told, there, start, progress))
     if fresh and not swung and _is_lost(start, quick):
