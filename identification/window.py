@@ -52,6 +52,10 @@ FEW = 8
 """Samples below which nothing is said of a channel's noise or period [-]."""
 
 
+QUIET = 10.0
+"""How far that share must stand above the noise of the first samples that it is asked of [-]."""
+
+
 def begins_at_rest(
     seen: Sequence[tuple[str, np.ndarray]], told: Sequence[tuple[str, np.ndarray]] = ()
 ) -> bool:
@@ -73,13 +77,25 @@ def begins_at_rest(
         if abs(first) > most + 3.0 * unsure:
             return False
     for quantity, values in seen:
-        count = max(1, min(int(_period(values) / 20.0), len(values) // 200))
-        few = max(1, 4 // count)
-        means = values[: len(values) // count * count].reshape(-1, count).mean(axis=1)
-        rate = np.abs(np.gradient(means)) if DERIVATIVES[quantity] == 0 else np.abs(means)
+        rate, few = _quiet_rate(np.asarray(values), DERIVATIVES[quantity])
         if np.max(rate[:few]) > REST * np.max(rate):
             return False
     return True
+
+
+def _quiet_rate(values: np.ndarray, order: int) -> tuple[np.ndarray, int]:
+    """Speed by blocks of no more samples than its noise asks for, and how many tell the start.
+
+    A record that is pushed from its first sample on is no more at rest within longer ones.
+    """
+    most = max(1, min(int(_period(values) / 20.0), len(values) // 200))
+    noise, count = _noise(values) * (np.sqrt(2.0) if order == 0 else 1.0), 1
+    while True:
+        means = values[: len(values) // count * count].reshape(-1, count).mean(axis=1)
+        rate = np.abs(np.gradient(means)) if order == 0 else np.abs(means)
+        if count == most or QUIET * noise / np.sqrt(count) <= REST * np.max(rate):
+            return rate, max(1, 4 // count)
+        count = min(2 * count, most)
 
 
 def _period(values: np.ndarray) -> float:

@@ -360,6 +360,16 @@ def test_noise_is_no_motion_that_a_record_begins_with(seed):
     assert not begins_at_rest([("deflection", moves)], [("angle", angle)])
 
 
+def test_what_is_pushed_from_its_first_sample_on_begins_at_rest():
+    """A carriage that takes 6 s for its way moves by an eighth of its speed after 124 ms."""
+    times = np.arange(24841) / 1000.0
+    way = 0.12 * (1.0 - np.cos(2 * np.pi / 6.2 * times))
+    noise = np.random.default_rng(1).normal(0, 1e-8, len(way))
+    force = [("force", 90.0 * np.cos(2 * np.pi / 6.2 * times))]
+    assert begins_at_rest([("position", way + noise)], force)
+    assert not begins_at_rest([("position", way[400:] + noise[400:])], force)
+
+
 def test_a_swings_window_that_begins_slowly_does_not_begin_at_rest():
     """What an impact makes small is not still: told motions must begin still, forces need not."""
     times = np.linspace(0.0, 1.0, 400)
