@@ -105,7 +105,7 @@ def quick_refits(
     chosen = with_other_places(worth if len(worth) > 1 else open_[:2], open_, TRIALS)
     others = of_other_kind(open_, OTHERS) if worst_ratio(fit) > DOMINATED else []
     chosen += [c for c in others if c not in chosen]
-    done: Candidate | None = None  # one that leaves no misfit
+    done: Candidate | None = None  # one that leaves no misfit, nor strains the rig
     least = 0.0 if misfit_chance(fit) < MISFIT_SHOWN else UNSHOWN
     promise = promising(fit, chosen, least)
     if not promise:
@@ -118,7 +118,8 @@ def quick_refits(
         for refit, candidate in zip(_extended(start, now, progress), now, strict=True):
             if done is None or candidate in others or may_rival(candidate, done):
                 quick.append((refit, candidate))
-            if done is None and misfit_chance(refit) > MISFIT_SHOWN:
+            clear = misfit_chance(refit) > MISFIT_SHOWN and worst_pull(refit) <= PULLED
+            if done is None and clear:
                 done = candidate
     problem = fit.problem
     swung = bool(accepted) and is_swung(problem, accepted[-1].candidate.cause)

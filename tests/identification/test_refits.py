@@ -238,6 +238,25 @@ def test_what_was_tried_beside_drawn_away_constants_is_tried_from_told_ones(
     assert sorted(asked) == [*tried, "wrist"]
 
 
+@pytest.mark.parametrize(("pull", "tried"), [(2.0, ["sleeve"]), (9.0, ["sleeve", "collet"])])
+def test_what_strains_the_rig_is_not_all_that_is_tried(monkeypatch, pull, tried):
+    """A sleeve that hardens left no misfit beside a shaft of twenty times its weight."""
+    monkeypatch.setattr(refits, "THREADS", 1)
+    laws = [candidate("cubic_stiffness", 90.0, "sleeve"), candidate("extra_mode", 80.0, "collet")]
+    found, start = stand_in(3000.0), stand_in(5000.0)
+    monkeypatch.setattr(refits, "thinned", lambda model: model)
+    monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
+    monkeypatch.setattr(refits, "promising", lambda fit, chosen, least: chosen)
+    monkeypatch.setattr(refits, "misfit_chance", lambda fit: 1.0 if fit is found else 0.0)
+    monkeypatch.setattr(refits, "worst_ratio", lambda fit: 1.0)
+    monkeypatch.setattr(refits, "worst_pull", lambda fit: pull)
+    monkeypatch.setattr(refits, "may_rival", lambda one, other: False)
+    monkeypatch.setattr(refits, "extend", lambda fit, law, evaluations: found)
+    monkeypatch.setattr(refits, "told_trials", lambda fit, always: (fit, []))
+    quick = quick_refits(start, laws, [], lambda words: None)
+    assert [law.place for _, law in quick.tried] == tried
+
+
 @pytest.mark.parametrize(("pulls", "begins"), [((9.0, 2.0), 1), ((2.0, 9.0), 2), ((2.0, 2.0), 0)])
 def test_a_strained_refit_starts_again_from_where_nothing_strains(monkeypatch, pulls, begins):
     quick, found, eased = stand_in(3000.0), stand_in(2500.0), stand_in(2000.0)
