@@ -31,6 +31,14 @@ def stand_in(cost: float) -> Any:
     return fit
 
 
+def rank_bare(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Quick refits of stand-ins: records as they are, each law promises enough, all are misfits."""
+    monkeypatch.setattr(refits, "thinned", lambda model: model)
+    monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
+    monkeypatch.setattr(refits, "promising", lambda fit, chosen, least: chosen)
+    monkeypatch.setattr(refits, "misfit_chance", lambda fit: 0.0)
+
+
 def names(trials: list[Trial]) -> list[str]:
     return [trial.candidate.law.name for trial in trials]
 
@@ -110,10 +118,7 @@ def test_what_no_step_asks_for_is_tried_where_all_else_leaves_errors_that_domina
     """A sleeve's dry friction: a slipping shaft was accepted, and what was left had no name."""
     one, play = candidate("cubic_stiffness", 90.0), candidate("clearance", 0.0)
     found = stand_in(3000.0)
-    monkeypatch.setattr(refits, "thinned", lambda model: model)
-    monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
-    monkeypatch.setattr(refits, "promising", lambda fit, chosen, least: chosen)
-    monkeypatch.setattr(refits, "misfit_chance", lambda fit: 0.0)
+    rank_bare(monkeypatch)
     monkeypatch.setattr(refits, "worst_ratio", lambda fit: ratio)
     monkeypatch.setattr(refits, "is_swung", lambda problem, cause: False)
     monkeypatch.setattr(refits, "extend", lambda fit, law, evaluations: found)
@@ -142,10 +147,7 @@ def test_a_law_that_leaves_next_to_nothing_needs_no_told_constants(
     monkeypatch, before, left, pull, asked
 ):
     law, found, told = candidate("cubic_stiffness", 90.0), stand_in(3000.0), []
-    monkeypatch.setattr(refits, "thinned", lambda model: model)
-    monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
-    monkeypatch.setattr(refits, "promising", lambda fit, chosen, least: chosen)
-    monkeypatch.setattr(refits, "misfit_chance", lambda fit: 0.0)
+    rank_bare(monkeypatch)
     monkeypatch.setattr(refits, "worst_ratio", lambda fit: left if fit is found else before)
     monkeypatch.setattr(refits, "worst_pull", lambda fit: pull if fit is found else 9.0)
     monkeypatch.setattr(refits, "extend", lambda fit, law, evaluations: found)
@@ -163,10 +165,7 @@ def test_of_laws_that_no_step_asks_for_those_are_weighed_that_fit_best(monkeypat
     costs = {"a": 900.0, "b": 30.0, "c": 500.0, "d": 700.0, "e": 400.0}
     laws = [candidate("clearance", 0.0, place) for place in [*costs, "idle"]]
     told, found = candidate("cubic_stiffness", 90.0), stand_in(3000.0)
-    monkeypatch.setattr(refits, "thinned", lambda model: model)
-    monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
-    monkeypatch.setattr(refits, "promising", lambda fit, chosen, least: chosen)
-    monkeypatch.setattr(refits, "misfit_chance", lambda fit: 0.0)
+    rank_bare(monkeypatch)
     monkeypatch.setattr(refits, "worst_ratio", lambda fit: 50.0)
     monkeypatch.setattr(refits, "extend", lambda fit, law, evaluations: found)
     monkeypatch.setattr(refits, "told_trials", lambda fit, always: (fit, [told]))
@@ -190,10 +189,7 @@ def test_what_rings_has_longer_to_find_its_own_frequency(monkeypatch):
         budgets[law.law.name] = evaluations
         return stand_in(3000.0)
 
-    monkeypatch.setattr(refits, "thinned", lambda model: model)
-    monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
-    monkeypatch.setattr(refits, "promising", lambda fit, chosen, least: chosen)
-    monkeypatch.setattr(refits, "misfit_chance", lambda fit: 0.0)
+    rank_bare(monkeypatch)
     monkeypatch.setattr(refits, "worst_ratio", lambda fit: 2.0)
     monkeypatch.setattr(refits, "extend", extend)
     monkeypatch.setattr(refits, "told_trials", lambda fit, always: (fit, []))
@@ -214,10 +210,7 @@ def test_what_was_tried_beside_drawn_away_constants_is_tried_from_told_ones(
     ]
     asked: list[str] = []
     found = stand_in(3000.0)
-    monkeypatch.setattr(refits, "thinned", lambda model: model)
-    monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
-    monkeypatch.setattr(refits, "promising", lambda fit, chosen, least: chosen)
-    monkeypatch.setattr(refits, "misfit_chance", lambda fit: 0.0)
+    rank_bare(monkeypatch)
     monkeypatch.setattr(refits, "worst_ratio", lambda fit: ratio)
     monkeypatch.setattr(refits, "is_swung", lambda problem, cause: False)
     monkeypatch.setattr(refits, "extend", lambda fit, law, evaluations: found)
@@ -244,9 +237,7 @@ def test_what_strains_the_rig_is_not_all_that_is_tried(monkeypatch, pull, tried)
     monkeypatch.setattr(refits, "THREADS", 1)
     laws = [candidate("cubic_stiffness", 90.0, "sleeve"), candidate("extra_mode", 80.0, "collet")]
     found, start = stand_in(3000.0), stand_in(5000.0)
-    monkeypatch.setattr(refits, "thinned", lambda model: model)
-    monkeypatch.setattr(refits, "solve", lambda model, x, *patience: model.fit)
-    monkeypatch.setattr(refits, "promising", lambda fit, chosen, least: chosen)
+    rank_bare(monkeypatch)
     monkeypatch.setattr(refits, "misfit_chance", lambda fit: 1.0 if fit is found else 0.0)
     monkeypatch.setattr(refits, "worst_ratio", lambda fit: 1.0)
     monkeypatch.setattr(refits, "worst_pull", lambda fit: pull)

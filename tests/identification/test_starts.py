@@ -89,9 +89,7 @@ def test_what_strains_its_tolerance_goes_back_and_springs_stay(twin):
     entries = list(base_entries(problem))
     shared = [k for k, e in enumerate(entries) if e.slot == "numbers" and e.record is None]
     bound, free = shared[:2], shared[2:]
-    assert (
-        len(bound) == 2 and free and all(e.prior == np.inf for e in map(entries.__getitem__, free))
-    )
+    assert len(bound) == 2 and free and all(entries[k].prior == np.inf for k in free)
     for k in bound:
         entries[k] = replace(entries[k], center=entries[k].value, prior=0.1 * entries[k].value)
     model = Model(problem, tuple(entries), (), rough_noise(problem))
