@@ -198,6 +198,22 @@ def test_the_march_converges_with_second_order():
         assert 3.0 < coarse / fine < 5.5, errors
 
 
+def test_a_blow_between_two_samples_keeps_its_momentum():
+    """Seen at the samples alone it would never have been."""
+    club = finite_club(CLUB, "pinned_wrist")
+    force = np.zeros(256 * SUBSTEPS + 1)
+    force[5 * SUBSTEPS + 1 : 6 * SUBSTEPS] = 200.0
+    loads = Loads(force, 0 * force, 0 * force)
+    rest = Start(np.zeros(club.size), np.zeros(club.size))
+    found = exact(club, rest, loads, RATE, SUBSTEPS)
+    dense = exact(club, rest, loads, RATE * SUBSTEPS)
+    assert found.position == pytest.approx(dense.position[::SUBSTEPS], rel=1e-9, abs=1e-12)
+    speed = found.velocity @ club.points["clubhead"]
+    assert speed == pytest.approx(dense.velocity[::SUBSTEPS] @ club.points["clubhead"], abs=1e-9)
+    assert np.abs(speed).max() > 0.1
+    assert not exact(club, rest, loads.every(SUBSTEPS), RATE).position.any()
+
+
 @pytest.mark.parametrize("kind", ["cubic_stiffness", "quadratic_damping", "relaxation"])
 def test_curved_laws_agree_with_an_independent_integration(kind):
     structure, law = single(damping=0.3), carried(kind)

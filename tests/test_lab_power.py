@@ -61,6 +61,15 @@ def test_added_mass_is_invisible_where_nothing_tells_a_force(tmp_path):
 
 
 @pytest.mark.slow
+def test_a_blow_shorter_than_two_samples_lets_nothing_be_seen_that_is_not_there(tmp_path):
+    """Stiffer constants are a spring at the head, after such a blow too."""
+    truth = draw_sealed(tmp_path, "A", 107021)
+    assert truth["causes"][0]["law"] == "linear_stiffness"
+    assert truth["power"]["norm"] > 5000 and truth["power"]["projected_norm"] < 20
+    assert not truth["power"]["detectable"]
+
+
+@pytest.mark.slow
 def test_a_sleeve_that_relaxes_may_be_a_sleeve_of_another_damping(tmp_path):
     """To first order hundreds of units are left; a damping eight times as large leaves none."""
     truth = draw_sealed(

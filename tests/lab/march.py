@@ -257,30 +257,50 @@ def _moved(states, forces, own_pull, outside, told, structure: Structure, ease) 
     return Moved(q, v, a, told[:, 1], told[:, 2])
 
 
-def exact(structure: Structure, start: Start, loads: Loads, rate: float) -> Moved:
-    """Motion of the linear structure without error of time; loads straight between samples."""
-    size, samples = structure.size, len(loads.force)
+def exact(
+    structure: Structure, start: Start, loads: Loads, rate: float, substeps: int = 1
+) -> Moved:
+    """Motion of the linear structure without error of time, at every so many times of the loads.
+
+    They are straight between their times: a blow may last less than a sample, so that seen at
+    samples alone it would have another momentum.
+
+    Args:
+        structure: the linear structure.
+        start: its state at the first time.
+        loads: at `substeps` times a sample, the last of them at a sample.
+        rate: of the samples [Hz].
+        substeps: times of the loads from sample to sample.
+
+    Returns:
+        The motion at the samples.
+    """
+    size, samples = structure.size, (len(loads.force) - 1) // substeps + 1
     by_angle, by_rate = structure.drive_rows
     outside = np.stack([structure.points["clubhead"], by_angle, by_rate], axis=1)
     matrix = structure.state_matrix()
     state = np.concatenate([start.position, start.velocity])
     told = np.stack([loads.force, loads.angle, loads.rate], axis=1)
-    driven = bool(np.any(told))
-    if driven:
+    if np.any(told):
+        fine = rate * substeps
         wide = np.zeros((2 * size + 6, 2 * size + 6))
-        wide[: 2 * size, : 2 * size] = matrix / rate
+        wide[: 2 * size, : 2 * size] = matrix / fine
         wide[size : 2 * size, 2 * size : 2 * size + 3] = np.linalg.solve(
-            structure.mass, outside / rate
+            structure.mass, outside / fine
         )
         wide[2 * size : 2 * size + 3, 2 * size + 3 :] = np.eye(3)
         whole = expm(wide)[: 2 * size]
         free = np.ascontiguousarray(whole[:, : 2 * size])
-        push = told[:-1] @ whole[:, 2 * size : 2 * size + 3].T
-        push = push + np.diff(told, axis=0) @ whole[:, 2 * size + 3 :].T
+        pushes = told[:-1] @ whole[:, 2 * size : 2 * size + 3].T
+        pushes = pushes + np.diff(told, axis=0) @ whole[:, 2 * size + 3 :].T
+        push, power = np.zeros((samples - 1, 2 * size)), np.eye(2 * size)
+        for step in reversed(range(substeps)):  # what comes last is carried on the least
+            push = push + pushes[step::substeps] @ power.T
+            power = power @ free
         states = np.empty((samples, 2 * size))
         states[0] = state
         for index in range(samples - 1):
-            states[index + 1] = state = free @ state + push[index]
+            states[index + 1] = state = power @ state + push[index]
     else:
         states, power, done = state[None], expm(matrix / rate), 1
         while done < samples:  # twice as many with every turn
@@ -289,4 +309,5 @@ def exact(structure: Structure, start: Start, loads: Loads, rate: float) -> Move
         states = states[:samples]
     zeros = np.zeros((samples, 0))
     ease = np.linalg.inv(structure.mass)
-    return _moved(states, zeros, np.zeros((size, 0)), outside, told, structure, ease)
+    seen = told[::substeps]
+    return _moved(states, zeros, np.zeros((size, 0)), outside, seen, structure, ease)

@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 from .clubs import Club
 from .gauges import clock, row_of
 from .runs import Run, channels, counts_from, run_linear
+from .structure import Structure
 
 Table = Mapping[str, np.ndarray]
 STEP = 1e-4  # relative step of the numerical differences
@@ -89,7 +90,8 @@ def power(
     base = weighing.stack(clean)
     change = weighing.stack(changed) - base
     energy = float(base @ base)
-    constants = _columns([_turned(weighing), _starts(weighing), _chains(weighing, clean)])
+    starts = _starts(weighing, club.structure())
+    constants = _columns([_turned(weighing), starts, _chains(weighing, clean)])
     least = residual(change, *constants)
     if least @ least > LEAST_SHARE**2 * energy:  # so large a change is no step from the twin
         linear, least = least, refitted(weighing, clean, change)
@@ -123,7 +125,6 @@ def refitted(
     constants = _constants(weighing)
     priors = np.array([prior for _, prior in constants])
     late = np.array([name == LATE for name, _ in constants])
-    others, their_priors = _columns([_starts(weighing), _chains(weighing, clean)])
     still = _simulated(weighing, constants, np.zeros(len(constants)))
 
     def moves(x: np.ndarray) -> np.ndarray:
@@ -142,6 +143,8 @@ def refitted(
     for share in beginnings:
         mine = weighing.beginning(share)
         held = np.minimum(priors, LOOSE if share < 1.0 else np.inf)
+        starts = _starts(weighing, _moved(weighing.club, constants, moves(x))[0])
+        others, their_priors = _columns([starts, _chains(weighing, clean)])
         away = _Away(others[mine], their_priors)
         run = least_squares(
             left_at, x, cast(Any, slopes), args=(mine, held, away), x_scale=BOLD, ftol=1e-3,
@@ -182,15 +185,21 @@ def _simulated(
     weighing: Weighing, constants: Sequence[tuple[str, float]], moves: np.ndarray
 ) -> np.ndarray:
     """Stacked channels where constants moved by these shares, and `LATE` by seconds."""
-    club = weighing.club
-    shares = dict(zip([name for name, _ in constants], moves, strict=True))
-    behind = shares.pop(LATE, 0.0)
-    structure = club.structure({name: club.truth[name] * (1 + by) for name, by in shares.items()})
-    tables = []
+    club, tables = weighing.club, []
+    structure, behind = _moved(club, constants, moves)
     for run in weighing.runs:
         moved = run_linear(club, run, structure, behind)
         tables.append(channels(club, run, structure, moved))
     return weighing.stack(tables)
+
+
+def _moved(
+    club: Club, constants: Sequence[tuple[str, float]], moves: np.ndarray
+) -> tuple[Structure, float]:
+    """The club with constants moved, and how late its drive is [s]; see `_simulated`."""
+    shares = dict(zip([name for name, _ in constants], moves, strict=True))
+    late = shares.pop(LATE, 0.0)
+    return club.structure({name: club.truth[name] * (1 + by) for name, by in shares.items()}), late
 
 
 def _turned(weighing: Weighing):
@@ -219,10 +228,9 @@ def _constants(weighing: Weighing) -> list[tuple[str, float]]:
     return list(names.items())
 
 
-def _starts(weighing: Weighing):
+def _starts(weighing: Weighing, structure: Structure):
     """Free motions of the lowest modes, from each record's own start; none where it is at rest."""
     club = weighing.club
-    structure = club.structure()
     roots, shapes = np.linalg.eig(structure.state_matrix())
     wanted = np.flatnonzero((np.imag(roots) >= 0) & (np.abs(roots) < 2 * np.pi * MODES_BELOW))
     wanted = wanted[np.argsort(np.abs(roots[wanted]))][:MOST_MODES]

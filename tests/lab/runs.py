@@ -61,7 +61,7 @@ def run_linear(club: Club, test: Run, structure: Structure, late: float = 0.0) -
         times = np.arange(len(loads.angle)) / (club.rate * SUBSTEPS)
         angle, rate = (np.interp(times - late, times, x) for x in (loads.angle, loads.rate))
         loads = replace(loads, angle=angle, rate=rate)
-    moved = exact(structure, _start(structure, test, ()), loads.every(SUBSTEPS), club.rate)
+    moved = exact(structure, _start(structure, test, ()), loads, club.rate, SUBSTEPS)
     return _with_hold(moved, test.first)
 
 
