@@ -81,7 +81,8 @@ def back_in_place(fit: Fit, x: np.ndarray, crawling: float) -> Fit:
         crawling: as of `fit_base`.
 
     Returns:
-        It, settled again; the fit itself where no constant strains or nothing fits better.
+        It, settled again; the fit itself where no constant strains or nothing fits better, or by
+        what strains yet more.
 
     Source: tests/identification/test_starts.py.
     """
@@ -96,7 +97,8 @@ def back_in_place(fit: Fit, x: np.ndarray, crawling: float) -> Fit:
     if worst_pull(fit) <= PULLED:
         return fit
     eased = solve(fit.model, eased_start(fit.model, fit.x), 60, CRAWL)
-    return settle(eased, crawling=crawling) if eased.cost < fit.cost else fit
+    better = eased.cost < fit.cost and worst_pull(eased) < worst_pull(fit)
+    return settle(eased, crawling=crawling) if better else fit
 
 
 def _grown(model: Model, x: np.ndarray) -> Fit:
