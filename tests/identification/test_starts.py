@@ -127,13 +127,16 @@ def test_what_strains_alone_goes_back_where_nothing_else_fits_better(twin, monke
     far = whole.x.copy()
     far[whole.index(SPRINGS[0])] *= 1.05
     away = solve(whole.model, far, 0)
-    monkeypatch.setattr(base, "worst_pull", lambda fit: 2.0 * PULLED)
+    monkeypatch.setattr(base, "worst_pull", lambda fit: (3.0 if fit is away else 2.0) * PULLED)
     monkeypatch.setattr(base, "constants_held", lambda model, x, evaluations: x)
     monkeypatch.setattr(base, "told_start", lambda model, x: whole.x)
     monkeypatch.setattr(base, "DEEPER", 0.0)  # whatever begins elsewhere, it is not far better
     monkeypatch.setattr(base, "eased_start", lambda model, x: whole.x)
     found = base.back_in_place(away, far, 0.0)
     assert found.cost < away.cost and found.cost == pytest.approx(whole.cost, rel=1e-3)
+    monkeypatch.setattr(base, "worst_pull", lambda fit: (3.0 if fit is away else 4.0) * PULLED)
+    assert base.back_in_place(away, far, 0.0) is away  # a better fit that strains yet more
+    monkeypatch.setattr(base, "worst_pull", lambda fit: (3.0 if fit is away else 2.0) * PULLED)
     monkeypatch.setattr(base, "eased_start", lambda model, x: 3.0 * x)
     monkeypatch.setattr(base, "solve", lambda model, x, *patience: solve(model, x, 0))
     assert base.back_in_place(away, far, 0.0) is away
