@@ -25,7 +25,7 @@ LINES = {
     "right place as well, strong": ("strong_place_right_too",),
     "right among those named": ("right_where_named",),
     "interval holds the effect's strength": ("strength", "interval_holds"),
-    "takes away 80 % of the held-out error beyond the noise": ("gains_most",),
+    "takes away 80 % of the held-out error that the true law does": ("gains_most",),
     "named although the library lacks the law": ("law_absent_named_wrongly",),
     "law taken out of the library: wrongly named": ("without", "named_wrongly"),
     "law taken out: unknown": ("without", "unknown"),

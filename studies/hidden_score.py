@@ -106,7 +106,7 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
     Args:
         rows: one a case: ``bench``, ``truth``, ``power``, ``status``, ``causes``, ``seconds``,
             ``nrmse_before``, ``nrmse_after``, ``noise_floor``, ``known``, ``baseline``,
-            ``decibels`` [dB], ``without`` and ``next``.
+            ``decibels`` [dB], ``without``, ``next`` and ``true_after``.
 
     Returns:
         Tables that JSON can hold; shares in [-] with intervals, times in [s].

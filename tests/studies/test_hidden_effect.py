@@ -3,6 +3,7 @@
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -180,6 +181,29 @@ def test_only_what_could_be_found_is_asked_without_its_law(monkeypatch):
     rows = [answer(("A", seed)) for seed in (4, 5, 9, 13)]
     assert asked_for == [(), (), ("clearance",), (), ()]
     assert [one["without"] is None for one in rows] == [True, False, True, True]
+
+
+def test_the_true_law_is_asked_only_where_what_is_named_leaves_much(monkeypatch):
+    def fitted(sidecars, base, cause):
+        asked_for.append(cause["law"])
+        if base == no_fit:
+            raise RuntimeError("it does not close")
+        return 0.2
+
+    asked_for: list[str] = []
+    fit: Any = "fit"
+    no_fit: Any = "no fit"
+    monkeypatch.setattr(hidden_effect, "foretold_by_the_true_law", fitted)
+    errors = {"nrmse_before": 0.5, "noise_floor": 0.1}
+    found = row("named", [FRICTION], [FRICTION]) | errors
+    after = hidden_effect._true_after
+    assert after(found | {"nrmse_after": 0.15}, [], fit) is None and not asked_for
+    assert after(found | {"nrmse_after": 0.3}, [], None) is None and not asked_for
+    assert after(found | {"nrmse_after": 0.3}, [], fit) == 0.2
+    assert after(found | {"nrmse_after": 0.3}, [], no_fit) is None
+    assert asked_for == [FRICTION[0]] * 2
+    nothing = row("adequate", []) | errors | {"nrmse_after": 0.3}
+    assert after(nothing, [], fit) is None and len(asked_for) == 2
 
 
 def test_other_noise_is_counted_apart():

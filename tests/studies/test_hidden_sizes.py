@@ -79,3 +79,13 @@ def test_the_gain_is_asked_of_what_lies_beyond_the_noise():
     errors = {"nrmse_before": 0.5, "noise_floor": 0.1}
     assert gains_most({**errors, "nrmse_after": 0.17})
     assert not gains_most({**errors, "nrmse_after": 0.2})
+
+
+@pytest.mark.parametrize(
+    ("true", "after", "most"),
+    [(None, 0.2, False), (0.05, 0.2, False), (0.2, 0.25, True), (0.2, 0.27, False),
+     (0.6, 0.5, True), (0.6, 0.51, False)],
+)  # fmt: skip
+def test_no_more_is_asked_than_the_true_law_takes_away(true, after, most):
+    row = {"nrmse_before": 0.5, "noise_floor": 0.1, "nrmse_after": after, "true_after": true}
+    assert gains_most(row) == most
