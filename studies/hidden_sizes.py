@@ -98,8 +98,11 @@ def gains_most(row: Row) -> bool:
 
     What the true law could take away at most is the error beyond the noise. It rarely does: of a
     record that was never fitted, how it begins is told by its opening alone. So where most of that
-    is not reached, what the true law itself leaves there (``true_after``) is what counts.
+    is not reached, what the true law itself leaves there (``true_after``) is what counts, unless
+    it gains nothing: then it was not fitted well, and excuses nothing.
     """
-    before, after = row["nrmse_before"], row["nrmse_after"]
-    least = max(row["noise_floor"], row.get("true_after") or 0.0)
-    return before - after >= MOST_GAIN * max(before - least, 0.0)
+    before, after, least = (row[key] for key in ("nrmse_before", "nrmse_after", "noise_floor"))
+    true = row.get("true_after")
+    if true is not None and true < before:
+        least = max(least, true)
+    return before - after >= MOST_GAIN * (before - least)

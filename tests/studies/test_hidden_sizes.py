@@ -84,7 +84,7 @@ def test_the_gain_is_asked_of_what_lies_beyond_the_noise():
 @pytest.mark.parametrize(
     ("true", "after", "most"),
     [(None, 0.2, False), (0.05, 0.2, False), (0.2, 0.25, True), (0.2, 0.27, False),
-     (0.6, 0.5, True), (0.6, 0.51, False)],
+     (0.5, 0.5, False), (0.6, 0.2, False), (0.6, 0.1, True)],
 )  # fmt: skip
 def test_no_more_is_asked_than_the_true_law_takes_away(true, after, most):
     row = {"nrmse_before": 0.5, "noise_floor": 0.1, "nrmse_after": after, "true_after": true}
