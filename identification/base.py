@@ -81,8 +81,8 @@ def back_in_place(fit: Fit, x: np.ndarray, crawling: float) -> Fit:
         crawling: as of `fit_base`.
 
     Returns:
-        It, settled again; the fit itself where no constant strains or nothing fits better, or by
-        what strains yet more.
+        It, settled again; the fit itself where no constant strains, where nothing fits better, or
+        where what does strains more.
 
     Source: tests/identification/test_starts.py.
     """

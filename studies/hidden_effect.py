@@ -65,7 +65,7 @@ PROTOCOL = (
     "An extension is to take away four fifths of the held-out error that lies beyond the noise, or "
     "of what the hidden effect's own law takes away where that is less: where it has not, that law "
     "is fitted to the same records, begun from the rig's stated constants. A fit of it that gains "
-    "nothing excuses nothing.",
+    "nothing excuses nothing. How often all beyond the noise was reached has its own row.",
     "Every eighth case hides two effects; of the others a quarter hides none. Whether each of two "
     "is detectable is asked of its twin that has the other.",
     f"Records stand {USUAL_DECIBELS:g} dB above their noise; of sixteen cases one 40 dB and one "

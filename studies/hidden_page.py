@@ -26,6 +26,7 @@ LINES = {
     "right among those named": ("right_where_named",),
     "interval holds the effect's strength": ("strength", "interval_holds"),
     "takes away 80 % of the held-out error that the true law does": ("gains_most",),
+    "takes away 80 % of the held-out error beyond the noise": ("gains_beyond_noise",),
     "named although the library lacks the law": ("law_absent_named_wrongly",),
     "law taken out of the library: wrongly named": ("without", "named_wrongly"),
     "law taken out: unknown": ("without", "unknown"),

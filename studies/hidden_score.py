@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from .hidden_cases import OTHER_DECIBELS, USUAL_DECIBELS
-from .hidden_sizes import compared, error_of, gains_most, holds
+from .hidden_sizes import compared, error_of, gains_beyond_noise, gains_most, holds
 
 Row = Mapping[str, Any]
 
@@ -121,6 +121,7 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
     strong = [row for row in known if row["power"].get("strong")]
     strange = [row for row in single if not row["known"] and row["power"]["detectable"]]
     several = [row for row in usual if len(row["truth"]) > 1 and row["known"]]
+    foretold = [row for row in found if row["nrmse_before"] is not None]
     return {
         "cases": len(rows),
         "outcomes": dict(Counter(outcome(row) for row in rows)),
@@ -135,7 +136,8 @@ def tables(rows: Sequence[Row]) -> dict[str, Any]:
         "by_noise": _by_noise(rows),
         "without": _without(usual),
         "strength": _strengths(found),
-        "gains_most": _share([r for r in found if r["nrmse_before"] is not None], gains_most),
+        "gains_most": _share(foretold, gains_most),
+        "gains_beyond_noise": _share(foretold, gains_beyond_noise),
         "several_all_right": _share(filter(_each_detectable, several), _right),
         "several_none_wrong": _share(several, none_wrong),
         "several_no_more": _share(several, lambda row: len(named(row)) <= len(row["truth"])),

@@ -44,10 +44,12 @@ def foretold_by_the_true_law(
 
     inputs = read_inputs(sidecars, None)
     _, kept, _ = split_records([without_spikes(one) for one in inputs.records], ())
+    if not kept:
+        return None
     told = told_fit(base)
     wanted = f"{cause['place']}/{cause['law']}"
     candidate = next((one for one in screen(told) if one.name == wanted), None)
-    if not kept or candidate is None:
+    if candidate is None:
         return None
     begun = begun_from_told(told, candidate, base, EVALUATIONS)
     if begun is None:

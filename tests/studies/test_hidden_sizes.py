@@ -3,7 +3,14 @@
 import pytest
 
 from supple.model.law import library
-from supple.studies.hidden_sizes import MEANT, compared, error_of, gains_most, holds
+from supple.studies.hidden_sizes import (
+    MEANT,
+    compared,
+    error_of,
+    gains_beyond_noise,
+    gains_most,
+    holds,
+)
 from tests.lab.causes import CAUSES
 
 
@@ -89,3 +96,4 @@ def test_the_gain_is_asked_of_what_lies_beyond_the_noise():
 def test_no_more_is_asked_than_the_true_law_takes_away(true, after, most):
     row = {"nrmse_before": 0.5, "noise_floor": 0.1, "nrmse_after": after, "true_after": true}
     assert gains_most(row) == most
+    assert gains_beyond_noise(row) == (after < 0.18)
